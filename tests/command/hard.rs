@@ -151,18 +151,32 @@ fn mistakes_in_cases_are_shown() {
     }
 }
 
-/// A program in C that tries the square roots among the exported cases.
+/// A program in C that tells what an answer may be besides, and tries the square roots among the exported cases.
 const OTHER: &str = r#"
 #include "cases.c"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
+static void named(const char *keyword, size_t count, const struct srp_named *pairs)
+{
+    for (size_t k = 0; k < count; k++)
+        printf("%s%s %s %.17g%s", k == 0 ? "  " : "", k == 0 ? keyword : "", pairs[k].name, pairs[k].number,
+               k + 1 == count ? "\n" : "");
+}
+
 int main(void)
 {
     int tried = 0;
     for (size_t i = 0; i < srp_case_count; i++) {
         const struct srp_case *c = &srp_cases[i];
+        printf("case %s\n", c->id);
+        for (size_t k = 0; k < c->mays; k++)
+            printf("  may %s\n", c->may[k].words);
+        if (c->flushed.words != NULL)
+            printf("  flushed %s\n", c->flushed.words);
+        named("costs", c->costs, c->cost);
+        named("loses", c->losses, c->loss);
         if (strcmp(c->call, "sqrt") != 0)
             continue;
         float of, gives, found;
@@ -182,9 +196,22 @@ int main(void)
 #[test]
 fn cases_go_to_other_programs() {
     let folder = folder("hard-export");
-    for file in ["cases.c", "all.cases", "cases.json"] {
-        let output = srp(&folder, &["hard-cases", "--export", file]);
-        assert_eq!(output.status.code(), Some(0), "{file}");
+    let all = srp(&folder, &["hard-cases", "--export", "all.cases"]);
+    assert_eq!(all.status.code(), Some(0));
+    let more = OWN.split_once("case Y2").expect("it has another answer").1;
+    let more = more.split_once("case Y3").map_or(more, |(case, _)| case);
+    super::write(&folder, "more.cases", &format!("on srp\ncase Y2{more}"));
+    for file in ["cases.c", "both.cases", "cases.json"] {
+        let both = [
+            "hard-cases",
+            "--cases",
+            "all.cases",
+            "--cases",
+            "more.cases",
+        ];
+        let output = srp(&folder, &[&both[..], &["--export", file]].concat());
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{file}: {said}");
     }
     // What is written in the own form is read as the same.
     let again = [
@@ -198,10 +225,15 @@ fn cases_go_to_other_programs() {
     let read = |name: &str| std::fs::read_to_string(folder.join(name)).expect("it was written");
     assert_eq!(read("all.cases"), read("again.cases"));
     let json: serde_json::Value = serde_json::from_str(&read("cases.json")).expect("it is JSON");
+    let besides = besides(&read("both.cases"));
+    for keyword in ["may", "flushed", "costs", "loses"] {
+        assert!(besides.contains(&format!("\n  {keyword} ")), "{keyword}");
+    }
+    assert_eq!(besides_in(&json), besides);
     let count = json["cases"].as_array().map_or(0, Vec::len);
     let list = srp(&folder, &["hard-cases", "--list"]);
     let list = String::from_utf8_lossy(&list.stdout).lines().count();
-    assert!(count == list && count > 600, "{count} {list}");
+    assert!(count == list + 1 && count > 600, "{count} {list}");
 
     super::write(&folder, "other.c", OTHER);
     let cc = |args: &[&str]| {
@@ -223,11 +255,62 @@ fn cases_go_to_other_programs() {
     );
     let run = std::process::Command::new(folder.join("other")).output();
     let run = run.expect("it can be started");
-    assert!(
-        run.status.success(),
-        "{}",
-        String::from_utf8_lossy(&run.stdout)
-    );
+    let told = String::from_utf8_lossy(&run.stdout);
+    assert!(run.status.success(), "{told}");
+    // C has its own way to write a number.
+    let shortest = |word: &str| word.parse().map_or(word.to_owned(), |n: f64| n.to_string());
+    let lines = told
+        .split('\n')
+        .map(|line| match line.trim_start().split_once(' ') {
+            Some(("costs" | "loses", _)) => {
+                let words: Vec<String> = line.split(' ').map(shortest).collect();
+                words.join(" ")
+            }
+            _ => line.to_owned(),
+        });
+    assert_eq!(lines.collect::<Vec<_>>().join("\n"), besides);
+}
+
+/// What the answers may be besides, of cases in their own form.
+fn besides(text: &str) -> String {
+    let mut told = String::new();
+    for line in text.lines() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("case") => told += &format!("case {}\n", words.next().expect("an identifier")),
+            Some("may" | "flushed" | "costs" | "loses") => told += &format!("{line}\n"),
+            _ => {}
+        }
+    }
+    told
+}
+
+/// The same of cases as JSON.
+fn besides_in(json: &serde_json::Value) -> String {
+    let list = |value: &serde_json::Value| value.as_array().cloned().unwrap_or_default();
+    let text = |value: &serde_json::Value| value.as_str().expect("it is text").to_owned();
+    let words = |value: &serde_json::Value| list(value).iter().map(text).collect::<Vec<_>>();
+    let named = |value: &serde_json::Value| {
+        let number = |pair: &serde_json::Value| pair["number"].as_f64().expect("it is a number");
+        let pair = |pair: &serde_json::Value| format!("{} {}", text(&pair["name"]), number(pair));
+        list(value).iter().map(pair).collect::<Vec<_>>()
+    };
+    let mut told = String::new();
+    for case in list(&json["cases"]) {
+        told += &format!("case {}\n", text(&case["id"]));
+        let may = list(&case["may"]);
+        let lines = may.iter().map(|answer| ("may", words(answer)));
+        for (keyword, words) in lines.chain([
+            ("flushed", words(&case["flushed"])),
+            ("costs", named(&case["costs"])),
+            ("loses", named(&case["loses"])),
+        ]) {
+            if !words.is_empty() {
+                told += &format!("  {keyword} {}\n", words.join(" "));
+            }
+        }
+    }
+    told
 }
 
 /// Kernels that mirror along the wrong side of a normal, or leave out what a box is widened by, are found out: a

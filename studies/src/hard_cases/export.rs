@@ -15,6 +15,20 @@ struct srp_argument {
     const uint32_t *bits;
 };
 
+/* An answer in words, the numbers among these, and their bits. */
+struct srp_answer {
+    const char *words;
+    size_t numbers;
+    const uint32_t *number;
+};
+
+/* An approximate unit and how often its error may go into the answer, or a triangle test and the share of rays
+   that it may lose. */
+struct srp_named {
+    const char *name;
+    double number;
+};
+
 /* A case: a call with its arguments, and the answer that it has to give. */
 struct srp_case {
     const char *id, *title, *call;
@@ -25,6 +39,11 @@ struct srp_case {
     const uint32_t *number;
     double within;        /* units of the last place that a number may be off */
     const char *oracle, *source;
+    size_t mays;          /* other answers that are allowed */
+    const struct srp_answer *may;
+    struct srp_answer flushed; /* the answer where subnormals are flushed; no words where it is the same */
+    size_t costs, losses; /* units, and triangle tests */
+    const struct srp_named *cost, *loss;
 };
 ";
 
@@ -33,35 +52,27 @@ pub fn c(cases: &[Case]) -> String {
     let mut text = String::from("/* Hard cases of float arithmetic in ray tracing. */\n");
     text += HEAD;
     for (i, case) in cases.iter().enumerate() {
-        for (k, (_, words)) in case.arguments.iter().enumerate() {
-            bits(&mut text, &format!("srp_{i}_{k}"), words);
-        }
-        bits(&mut text, &format!("srp_{i}_gives"), &of_answer(case));
-        if !case.arguments.is_empty() {
-            let _ = write!(text, "static const struct srp_argument srp_{i}[] = {{");
-            for (k, (name, words)) in case.arguments.iter().enumerate() {
-                let (name, count) = (quoted(name), words.len());
-                let _ = write!(
-                    text,
-                    "{{{name}, {count}, {}}}, ",
-                    of(format!("srp_{i}_{k}"), count)
-                );
-            }
-            text += "};\n";
-        }
+        arrays(&mut text, i, case);
     }
     text += "\nstatic const struct srp_case srp_cases[] = {\n";
     for (i, case) in cases.iter().enumerate() {
         let [id, title, call] = [&case.id, &case.title, &case.call].map(|s| quoted(s));
-        let [gives, source] = [&case.gives.join(" "), &case.source].map(|s| quoted(s));
-        let (arguments, numbers) = (case.arguments.len(), of_answer(case).len());
-        let argument = of(format!("srp_{i}"), arguments);
-        let number = of(format!("srp_{i}_gives"), numbers);
+        let source = quoted(&case.source);
+        let arguments = counted(format!("srp_{i}"), case.arguments.len());
+        let gives = answer(&format!("srp_{i}_gives"), &case.gives);
         let (within, oracle) = (case.within, quoted(case.oracle.name()));
+        let mays = counted(format!("srp_{i}_mays"), case.may.len());
+        let flushed = match case.flushed.is_empty() {
+            true => "NULL, 0, NULL".to_owned(),
+            false => answer(&format!("srp_{i}_flushed"), &case.flushed),
+        };
+        let (costs, losses) = (case.costs.len(), case.loses.len());
+        let [cost, loss] = [("costs", costs), ("loses", losses)]
+            .map(|(what, count)| of(format!("srp_{i}_{what}"), count));
         let _ = writeln!(
             text,
-            "    {{{id}, {title}, {call}, {arguments}, {argument}, {gives}, {numbers}, {number}, {within:?}, \
-             {oracle}, {source}}},"
+            "    {{{id}, {title}, {call}, {arguments}, {gives}, {within:?}, {oracle}, {source}, {mays}, {{{flushed}}}, \
+             {costs}, {losses}, {cost}, {loss}}},"
         );
     }
     let _ = writeln!(
@@ -72,8 +83,58 @@ pub fn c(cases: &[Case]) -> String {
     text
 }
 
-fn of_answer(case: &Case) -> Vec<u32> {
-    case.gives.iter().filter_map(|word| number(word)).collect()
+/// The arrays that a case points to: those of numbers, and those of arguments, answers, units and tests.
+fn arrays(text: &mut String, i: usize, case: &Case) {
+    for (k, (_, words)) in case.arguments.iter().enumerate() {
+        bits(text, &format!("srp_{i}_{k}"), words);
+    }
+    bits(text, &format!("srp_{i}_gives"), &numbers(&case.gives));
+    bits(text, &format!("srp_{i}_flushed"), &numbers(&case.flushed));
+    for (k, words) in case.may.iter().enumerate() {
+        bits(text, &format!("srp_{i}_may_{k}"), &numbers(words));
+    }
+    let arguments = case.arguments.iter().enumerate();
+    let arguments = arguments.map(|(k, (name, words))| {
+        let words = counted(format!("srp_{i}_{k}"), words.len());
+        format!("{}, {words}", quoted(name))
+    });
+    array(text, "argument", &format!("srp_{i}"), arguments);
+    let may = case.may.iter().enumerate();
+    let may = may.map(|(k, words)| answer(&format!("srp_{i}_may_{k}"), words));
+    array(text, "answer", &format!("srp_{i}_mays"), may);
+    for (what, pairs) in [("costs", &case.costs), ("loses", &case.loses)] {
+        let pairs = pairs.iter();
+        let pairs = pairs.map(|(name, number)| format!("{}, {number:?}", quoted(name)));
+        array(text, "named", &format!("srp_{i}_{what}"), pairs);
+    }
+}
+
+/// The numbers of an answer.
+fn numbers(answer: &[String]) -> Vec<u32> {
+    answer.iter().filter_map(|word| number(word)).collect()
+}
+
+/// An answer whose numbers are in the array of a name.
+fn answer(name: &str, words: &[String]) -> String {
+    let numbers = counted(name.to_owned(), numbers(words).len());
+    format!("{}, {numbers}", quoted(&words.join(" ")))
+}
+
+/// How many elements an array has, and the array.
+fn counted(name: String, count: usize) -> String {
+    format!("{count}, {}", of(name, count))
+}
+
+/// Writes an array of structures; none where it would be empty.
+fn array(text: &mut String, kind: &str, name: &str, elements: impl Iterator<Item = String>) {
+    let elements: Vec<String> = elements.map(|element| format!("{{{element}}}, ")).collect();
+    if !elements.is_empty() {
+        let elements = elements.concat();
+        let _ = writeln!(
+            text,
+            "static const struct srp_{kind} {name}[] = {{{elements}}};"
+        );
+    }
 }
 
 /// An array, or the pointer that stands for none.

@@ -25,7 +25,7 @@ mod unit;
 pub use catalogue::{Case, Level, Oracle};
 pub use judge::Verdict;
 pub use report::{
-    Argument, CaseList, CaseResult, Column, ListedCase, Listing, Matrix, WrittenCase,
+    Allowance, Argument, CaseList, CaseResult, Column, ListedCase, Listing, Matrix, WrittenCase,
 };
 pub use settings::Setting;
 

@@ -147,8 +147,17 @@ pub struct WrittenCase {
     /// Other answers that it may give.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub may: Vec<Vec<String>>,
+    /// The answer on machines that flush subnormals, where it is another one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub flushed: Vec<String>,
     /// How far it may be off, in units of the last place.
     pub within_ulp: f64,
+    /// Approximate units, and how often their error may go into the answer.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub costs: Vec<Allowance>,
+    /// Triangle tests that may lose the ray, or this share of many.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub loses: Vec<Allowance>,
     /// The code that computes the answer again.
     pub oracle: String,
     /// The source that describes such cases.
@@ -174,6 +183,25 @@ pub struct Argument {
     pub name: String,
     /// Its words in hexadecimal.
     pub bits: Vec<String>,
+}
+
+/// A unit or a triangle test, and the number that goes with it.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Allowance {
+    /// Its name.
+    pub name: String,
+    /// How often, or which share.
+    pub number: f64,
+}
+
+impl Allowance {
+    fn all(pairs: &[(String, f64)]) -> Vec<Allowance> {
+        let named = pairs.iter().map(|(name, number)| Allowance {
+            name: name.clone(),
+            number: *number,
+        });
+        named.collect()
+    }
 }
 
 /// A verdict as it is written.
@@ -234,7 +262,10 @@ impl WrittenCase {
             arguments: arguments.collect(),
             gives: case.gives.clone(),
             may: case.may.clone(),
+            flushed: case.flushed.clone(),
             within_ulp: case.within,
+            costs: Allowance::all(&case.costs),
+            loses: Allowance::all(&case.loses),
             oracle: case.oracle.name().to_owned(),
             source: case.source.clone(),
             levels: case.levels.iter().map(|l| l.name().to_owned()).collect(),
