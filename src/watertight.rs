@@ -3,9 +3,11 @@
 use crate::cli::Watertight;
 use crate::failure::Failure;
 use crate::files::{self, Kind, read_text};
-use crate::{document, interrupt, talk};
-use srp_studies::watertight::{self, APART, Aim, Answers, Count, Options, Report, Row};
+use crate::{document, interrupt, scenes, talk};
+use srp_studies::watertight::{self, APART, Aim, Answers, Count, Mesh, Options, Report, Row};
+use srp_toolchain::Session;
 use srp_toolchain::envelope::About;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -18,22 +20,14 @@ pub(crate) fn run(args: &Watertight) -> Result<(), Failure> {
         rays: args.rays,
         seed: args.seed,
     };
-    let mesh = args.mesh.as_deref();
-    let meshes = watertight::meshes(mesh).ok_or_else(|| {
-        let names = watertight::meshes(None).unwrap_or_default();
-        let name = mesh.unwrap_or_default();
-        Failure::Usage(format!(
-            "no mesh is named `{name}`; there are {}",
-            names.join(", ")
-        ))
-    })?;
+    let meshes = meshes(args, &session)?;
     if let Some(folder) = &args.export {
-        return interrupt::looked_for(|| export(folder, &meshes, options));
+        return interrupt::looked_for(|| export(folder, &meshes, options, &session));
     }
     let others = args.beside.iter().map(|folder| answers(folder, &meshes));
     let others: Vec<Answers> = others.collect::<Result<_, _>>()?;
     let measured =
-        interrupt::looked_for(|| watertight::measure(&arch, mesh, options, &others, &session));
+        interrupt::looked_for(|| watertight::measure(&arch, &meshes, options, &others, &session));
     let report = measured?;
     if args.json {
         let json = document::json(About::machine(&arch), &report)?;
@@ -44,25 +38,64 @@ pub(crate) fn run(args: &Watertight) -> Result<(), Failure> {
     Ok(talk::print(out)?)
 }
 
+/// The meshes of the command line: those of files, or ours.
+fn meshes(args: &Watertight, session: &Session<'_>) -> Result<Vec<Mesh>, Failure> {
+    if args.scenes.is_empty() {
+        let mesh = args.mesh.as_deref();
+        return watertight::meshes(mesh).ok_or_else(|| {
+            let all = watertight::meshes(None).unwrap_or_default();
+            let names: Vec<&str> = all.iter().map(Mesh::name).collect();
+            let name = mesh.unwrap_or_default();
+            Failure::Usage(format!(
+                "no mesh is named `{name}`; there are {}",
+                names.join(", ")
+            ))
+        });
+    }
+    let mut named: BTreeMap<String, &Path> = BTreeMap::new();
+    let mut meshes = Vec::new();
+    for path in &args.scenes {
+        let name = path.file_stem().unwrap_or(path.as_os_str());
+        let name = name.to_string_lossy().into_owned();
+        if let Some(other) = named.insert(name.clone(), path) {
+            return Err(Failure::Usage(format!(
+                "{} and {} are both named `{name}`: a mesh is named as its file, so that one needs another name",
+                other.display(),
+                path.display()
+            )));
+        }
+        let scene = scenes::read(Some(path), None, session)?;
+        meshes.push(Mesh::of(&name, scene.triangles).ok_or_else(|| {
+            let path = path.display();
+            Failure::message(format!("{path}: it has no triangle that a ray could meet"))
+        })?);
+    }
+    Ok(meshes)
+}
+
 /// Writes the meshes and rays to a folder, one mesh after the other: many rays are long texts.
-fn export(folder: &Path, meshes: &[&str], options: Options) -> Result<(), Failure> {
+fn export(
+    folder: &Path,
+    meshes: &[Mesh],
+    options: Options,
+    session: &Session<'_>,
+) -> Result<(), Failure> {
     files::make_folder(folder)?;
     for mesh in meshes {
         interrupt::end_if_requested()?;
-        if let Some(exported) = watertight::export(mesh, options) {
-            let path = |ending: &str| folder.join(format!("{}.{ending}", exported.name));
-            files::write_once(&path("obj"), exported.obj.as_bytes())?;
-            files::write_once(&path("rays"), exported.rays.as_bytes())?;
-        }
+        let exported = watertight::export(mesh, options, session)?;
+        let path = |ending: &str| folder.join(format!("{}.{ending}", exported.name));
+        files::write_once(&path("obj"), exported.obj.as_bytes())?;
+        files::write_once(&path("rays"), exported.rays.as_bytes())?;
     }
     Ok(())
 }
 
 /// The answers of another ray tracer, from a folder.
-fn answers(folder: &Path, meshes: &[&str]) -> Result<Answers, Failure> {
+fn answers(folder: &Path, meshes: &[Mesh]) -> Result<Answers, Failure> {
     let name = folder.file_name().unwrap_or(folder.as_os_str());
-    let of_mesh = |mesh: &&str| {
-        let path = folder.join(format!("{mesh}.hits"));
+    let of_mesh = |mesh: &Mesh| {
+        let path = folder.join(format!("{}.hits", mesh.name()));
         let text = read_text(&path, Kind::Answers)?;
         let answer = |(line, word): (usize, &str)| match word.trim() {
             "1" => Ok(true),
@@ -86,7 +119,7 @@ fn names(report: &Report) -> Vec<String> {
     tests.chain(report.others.iter().cloned()).collect()
 }
 
-fn text(out: &mut String, report: &Report, meshes: &[&str], args: &Watertight) -> std::fmt::Result {
+fn text(out: &mut String, report: &Report, meshes: &[Mesh], args: &Watertight) -> std::fmt::Result {
     writeln!(
         out,
         "{:20} {:>5} {:>5} {:>5} {:>5} {:>9}",
@@ -101,19 +134,30 @@ fn text(out: &mut String, report: &Report, meshes: &[&str], args: &Watertight) -
             test.name, o.add, o.mul, o.rcp, o.cmp, test.mm2
         )?;
     }
+    for made in &report.meshes {
+        writeln!(
+            out,
+            "\n{}: {} triangles, {} of them without area; {} edges are a border, of one triangle",
+            made.mesh, made.triangles, made.degenerate, made.borders
+        )?;
+    }
+    let meshes: Vec<&str> = meshes.iter().map(Mesh::name).collect();
     let aimed = |row: &Row| !matches!(row.aim, Aim::Past(_));
     let names = names(report);
-    for (inside, title) in [
-        (true, "lost from inside: there is a hole"),
+    for (holes, title) in [
+        (
+            true,
+            "lost from inside, or between triangles on both sides: there is a hole",
+        ),
         (
             false,
-            "lost from outside, where an outline may be missed by a rounding",
+            "lost from outside, where an outline or a border may be missed by a rounding",
         ),
     ] {
         writeln!(out, "\n{title}, of so many rays that meet the mesh")?;
         head(out, "rays", &names)?;
-        let wanted = |row: &&Row| aimed(row) && row.aim.is_inside() == inside;
-        for mesh in meshes {
+        let wanted = |row: &&Row| aimed(row) && row.aim.finds_holes() == holes;
+        for mesh in &meshes {
             let rows = || {
                 report
                     .rows

@@ -8,7 +8,8 @@ use std::path::PathBuf;
 #[derive(Args)]
 #[command(after_help = "\
 Rays are aimed at edges and vertices of meshes that are hard, from inside and outside, graze them, and pass
-them closely. Exact arithmetic decides which of them meet a triangle. docs/tni.md has a table.
+them closely. Exact arithmetic decides which of them meet a triangle. docs/tni.md has a table, and says what
+is lost of a mesh of your own, which may be open.
 
 Another ray tracer takes the meshes and rays of --export, and writes DIR/MESH.hits for each mesh: a line for
 each ray, 1 where it hits and 0 where it does not. --beside DIR then has it in the table, by the folder's
@@ -18,9 +19,13 @@ Examples:
   srp watertight
   srp watertight --machine my-machine.xml --rays 10000
   srp watertight --mesh slivers --all
+  srp watertight mine.obj other.obj --rays 10000
   srp watertight --export meshes
   srp watertight --beside embree --json")]
 pub(crate) struct Watertight {
+    /// OBJ files of meshes of your own, instead of ours
+    #[arg(value_name = "SCENE.obj")]
+    pub(crate) scenes: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) machine: MachineFile,
     /// Rays of each mesh and aim
@@ -31,7 +36,7 @@ pub(crate) struct Watertight {
     #[arg(long, value_name = "N", default_value = "1")]
     pub(crate) seed: u64,
     /// Only this mesh
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", conflicts_with = "scenes")]
     pub(crate) mesh: Option<String>,
     /// Print a line for each aim too
     #[arg(long)]

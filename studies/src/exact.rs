@@ -124,6 +124,13 @@ pub fn nearest(ray: &Ray, triangles: &[Triangle]) -> Option<(Distance, Vec<u32>)
     best
 }
 
+/// True if a triangle has no area: its corners are on a line.
+pub fn is_degenerate(triangle: &Triangle) -> bool {
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut sides = axes.into_iter().map(|axis| leans(axis, triangle));
+    sides.all(|side| side == Ordering::Equal)
+}
+
 /// On which side of a triangle's plane a point lies: greater on the side of its normal.
 pub fn side(point: [f32; 3], triangle: &Triangle) -> Ordering {
     let [a, b, c] = triangle.positions.map(|p| relative(p.to_array(), point));

@@ -18,7 +18,7 @@ mod oracle;
 mod picture;
 mod report;
 mod settings;
-mod shared;
+pub(crate) mod shared;
 mod surface;
 mod unit;
 

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use super::meshes;
 
 /// Triangles, and for each place of a corner those that have one there.
-pub(super) struct Shared<'a> {
+pub(crate) struct Shared<'a> {
     triangles: &'a [Triangle],
     at: BTreeMap<[u32; 3], Vec<u32>>,
 }
@@ -24,7 +24,7 @@ fn key(p: Vec3) -> [u32; 3] {
 }
 
 impl<'a> Shared<'a> {
-    pub(super) fn of(triangles: &'a [Triangle]) -> Shared<'a> {
+    pub(crate) fn of(triangles: &'a [Triangle]) -> Shared<'a> {
         let mut at: BTreeMap<[u32; 3], Vec<u32>> = BTreeMap::new();
         for (i, triangle) in (0..).zip(triangles) {
             for p in triangle.positions {
@@ -38,19 +38,19 @@ impl<'a> Shared<'a> {
     }
 
     /// The triangles that have a corner here.
-    pub(super) fn vertex(&self, a: Vec3) -> &[u32] {
+    pub(crate) fn vertex(&self, a: Vec3) -> &[u32] {
         self.at.get(&key(a)).map_or(&[], Vec::as_slice)
     }
 
     /// The triangles that have a corner at both.
-    pub(super) fn edge(&self, a: Vec3, b: Vec3) -> Vec<u32> {
+    pub(crate) fn edge(&self, a: Vec3, b: Vec3) -> Vec<u32> {
         let at_b = self.vertex(b);
         let both = self.vertex(a).iter().filter(|t| at_b.contains(t));
         both.copied().collect()
     }
 
     /// True if an edge, seen from a point, has triangles on both of its sides, in exact arithmetic.
-    pub(super) fn is_closed_edge(&self, from: Vec3, a: Vec3, b: Vec3) -> bool {
+    pub(crate) fn is_closed_edge(&self, from: Vec3, a: Vec3, b: Vec3) -> bool {
         let seen = meshes::triangle([from, a, b]);
         let ends = [key(a), key(b)];
         let side = |t: u32| {
@@ -63,7 +63,7 @@ impl<'a> Shared<'a> {
     }
 
     /// True if all edges that end at a vertex, seen from a point, have triangles on both sides.
-    pub(super) fn is_closed_vertex(&self, from: Vec3, a: Vec3) -> bool {
+    pub(crate) fn is_closed_vertex(&self, from: Vec3, a: Vec3) -> bool {
         let corners = |t: &u32| self.triangles[*t as usize].positions;
         let ends = self.vertex(a).iter().flat_map(corners);
         let mut others = ends.filter(|p| key(*p) != key(a));

@@ -1,13 +1,15 @@
 //! Rays that are aimed at what is hard about a mesh, and what exact arithmetic says of them.
 
 use super::mesh::{Form, Mesh};
-use crate::exact;
+use super::oracle::Oracle;
+use crate::hard_cases::shared::Shared;
 use crate::survey::Random;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use schemars::JsonSchema;
 use serde::Serialize;
-use srp_runtime::scene::Triangle;
+use srp_runtime::bvh::Bvh;
 use srp_runtime::tni::arithmetic::Ray;
+use srp_toolchain::Session;
 
 /// How rays are aimed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
@@ -21,11 +23,15 @@ pub enum Aim {
     InsideVertices,
     /// From just below the surface, along it.
     InsideGrazing,
-    /// From outside, at edges.
+    /// At edges that have triangles on both sides as the ray sees them, from anywhere.
+    ClosedEdges,
+    /// At vertices all of whose edges have, from anywhere.
+    ClosedVertices,
+    /// From outside, at edges; of a mesh of one's own, from anywhere at edges that are an outline or a border.
     Edges,
-    /// From outside, at vertices.
+    /// The same at vertices.
     Vertices,
-    /// From outside, along the surface.
+    /// From outside, along the surface; of a mesh of one's own, from anywhere.
     Grazing,
     /// Past an edge of the outline at this part of the radius, across it: the ray meets nothing.
     Past(f32),
@@ -44,6 +50,10 @@ impl Aim {
             Form::Closed => [&[Aim::Unaimed], &inside[..], &outside, &past].concat(),
             Form::Tube(_) => [&[Aim::Unaimed][..], &past].concat(),
             Form::Ground => outside.to_vec(),
+            Form::Any => {
+                let closed = [Aim::ClosedEdges, Aim::ClosedVertices];
+                [&closed[..], &outside, &past].concat()
+            }
         }
     }
 
@@ -54,6 +64,8 @@ impl Aim {
             Aim::InsideEdges => "inside, edges".to_owned(),
             Aim::InsideVertices => "inside, vertices".to_owned(),
             Aim::InsideGrazing => "inside, grazing".to_owned(),
+            Aim::ClosedEdges => "closed edges".to_owned(),
+            Aim::ClosedVertices => "closed vertices".to_owned(),
             Aim::Edges => "outside, edges".to_owned(),
             Aim::Vertices => "outside, vertices".to_owned(),
             Aim::Grazing => "outside, grazing".to_owned(),
@@ -61,11 +73,27 @@ impl Aim {
         }
     }
 
-    /// True if they start inside.
-    pub fn is_inside(self) -> bool {
+    /// True if a lost ray is a hole: it starts inside, or there are triangles on both sides of its aim.
+    pub fn finds_holes(self) -> bool {
+        self.is_inside() || self.is_closed()
+    }
+
+    fn is_inside(self) -> bool {
         matches!(
             self,
             Aim::Unaimed | Aim::InsideEdges | Aim::InsideVertices | Aim::InsideGrazing
+        )
+    }
+
+    fn is_closed(self) -> bool {
+        matches!(self, Aim::ClosedEdges | Aim::ClosedVertices)
+    }
+
+    /// True if they are aimed at vertices.
+    fn is_at_vertices(self) -> bool {
+        matches!(
+            self,
+            Aim::InsideVertices | Aim::ClosedVertices | Aim::Vertices
         )
     }
 }
@@ -79,64 +107,110 @@ pub(super) struct Shot {
     pub(super) meets: bool,
 }
 
-/// So many rays, or fewer where that many would not pass the mesh.
-pub(super) fn shots(mesh: &Mesh, aim: Aim, count: usize, random: &mut Random) -> Vec<Shot> {
-    const TRIES: usize = 8;
-    let mut shots = Vec::with_capacity(count);
-    for _ in 0..count * TRIES {
-        if shots.len() == count {
-            break;
-        }
-        let (ray, round) = shot(mesh, aim, random);
-        let meets = meets(&ray, &mesh.triangles, &round);
-        let is_wanted = !matches!(aim, Aim::Past(_)) || !meets;
-        if is_wanted && ray.direction != [0.0; 3] {
-            shots.push(Shot { ray, meets });
-        }
-    }
-    shots
+/// So many tries are made for each ray that is to be of its kind.
+const TRIES: usize = 8;
+
+/// Triangles at a vertex, at most, for it to be asked whether it is closed: each is asked about each.
+const MOST_AT_VERTEX: usize = 256;
+
+/// A mesh that is aimed at.
+pub(super) struct Target<'a> {
+    mesh: &'a Mesh,
+    oracle: Oracle<'a>,
+    shared: Shared<'a>,
 }
 
-/// A ray, and the triangles round what it is aimed at.
-fn shot(mesh: &Mesh, aim: Aim, random: &mut Random) -> (Ray, Vec<u32>) {
-    let size = mesh.size;
-    let i = random.below(mesh.triangles.len());
-    let corner = random.below(3);
-    let [a, b, c] = [0, 1, 2].map(|k| mesh.triangles[i].positions[(corner + k) % 3]);
-    let [at_a, at_b] = [0, 1].map(|k| &mesh.sharing[i][(corner + k) % 3]);
-    let both = || at_a.iter().filter(|t| at_b.contains(t)).copied().collect();
-    let (to, round) = match aim {
-        Aim::Vertices | Aim::InsideVertices => (a, at_a.clone()),
-        _ => (a.lerp(b, random.unit()), both()),
-    };
-    let (from, way) = match aim {
-        Aim::Unaimed => unaimed(mesh, random),
-        Aim::InsideGrazing => {
-            // Far away, no point is nearer to the surface than a rounding and still inside.
-            let least = 8.0 * f32::EPSILON * mesh.centre.abs().max_element() / size;
-            let middle = (a + b + c) / 3.0;
-            let from = middle.lerp(mesh.centre, slope(random).max(least));
-            (from, to - from)
+impl<'a> Target<'a> {
+    pub(super) fn new(mesh: &'a Mesh, tree: &'a Bvh) -> Target<'a> {
+        Target {
+            mesh,
+            oracle: Oracle::new(&mesh.triangles, tree),
+            shared: Shared::of(&mesh.triangles),
         }
-        Aim::Grazing => {
-            let [side, other] = [b - a, c - a].map(|side| side / size);
-            let along = unit_vector(side.lerp(other, random.unit()));
-            let up = unit_vector(side.cross(other));
-            let from = to + 2.0 * size * (along + slope(random) * up);
-            (from, to - from)
+    }
+
+    /// So many rays, or fewer where that many are not found of their kind; nothing where the user ends the work.
+    pub(super) fn shots(
+        &self,
+        aim: Aim,
+        count: usize,
+        random: &mut Random,
+        session: &Session<'_>,
+    ) -> Option<Vec<Shot>> {
+        let mut shots = Vec::with_capacity(count);
+        for _ in 0..count * TRIES {
+            if shots.len() == count {
+                break;
+            }
+            if session.watch.cancelled() {
+                return None;
+            }
+            let Some(ray) = self.ray(aim, random) else {
+                continue;
+            };
+            let meets = self.oracle.meets(&ray);
+            if !matches!(aim, Aim::Past(_)) || !meets {
+                shots.push(Shot { ray, meets });
+            }
         }
-        Aim::Past(apart) => past(mesh, to, apart, random),
-        _ if aim.is_inside() => {
-            let from = mesh.centre + 0.5 * size * random.direction();
-            (from, to - from)
+        Some(shots)
+    }
+
+    /// A ray; nothing where it has no direction, or what it is aimed at is not of the kind.
+    fn ray(&self, aim: Aim, random: &mut Random) -> Option<Ray> {
+        let mesh = self.mesh;
+        let size = mesh.size;
+        let i = random.below(mesh.triangles.len());
+        let corner = random.below(3);
+        let [a, b, c] = [0, 1, 2].map(|k| mesh.triangles[i].positions[(corner + k) % 3]);
+        let to = match aim.is_at_vertices() {
+            true => a,
+            false => a.lerp(b, random.unit()),
+        };
+        let (from, way) = match aim {
+            Aim::Unaimed => unaimed(mesh, random),
+            Aim::InsideGrazing => {
+                // Far away, no point is nearer to the surface than a rounding and still inside.
+                let least = 8.0 * f32::EPSILON * mesh.centre.abs().max_element() / size;
+                let middle = (a + b + c) / 3.0;
+                let from = middle.lerp(mesh.centre, slope(random).max(least));
+                (from, to - from)
+            }
+            Aim::Grazing => {
+                let [side, other] = [b - a, c - a].map(|side| side / size);
+                let along = unit_vector(side.lerp(other, random.unit()));
+                let up = unit_vector(side.cross(other));
+                let from = to + 2.0 * size * (along + slope(random) * up);
+                (from, to - from)
+            }
+            Aim::Past(apart) => past(mesh, to, apart, random),
+            _ if aim.is_inside() => {
+                let from = mesh.centre + 0.5 * size * random.direction();
+                (from, to - from)
+            }
+            _ => {
+                let from = to + 2.0 * size * (0.2 + random.unit()) * random.direction();
+                (from, to - from)
+            }
+        };
+        let is_finite = from.is_finite() && way.is_finite();
+        let is_of_kind = || mesh.form != Form::Any || self.is_of_kind(aim, from, a, b);
+        (is_finite && way != Vec3::ZERO && is_of_kind())
+            .then(|| Ray::new(from.to_array(), way.to_array(), 0.0, f32::MAX, 0))
+    }
+
+    /// True if a corner, or the edge that begins there, is closed as the aim wants it, seen from a point.
+    fn is_of_kind(&self, aim: Aim, from: Vec3, a: Vec3, b: Vec3) -> bool {
+        if !(aim.is_closed() || matches!(aim, Aim::Edges | Aim::Vertices)) {
+            return true;
         }
-        _ => {
-            let from = to + 2.0 * size * (0.2 + random.unit()) * random.direction();
-            (from, to - from)
-        }
-    };
-    let ray = Ray::new(from.to_array(), way.to_array(), 0.0, f32::MAX, 0);
-    (ray, round)
+        let few = |p: Vec3| self.shared.vertex(p).len() <= MOST_AT_VERTEX;
+        let is_closed = match aim.is_at_vertices() {
+            true => few(a) && self.shared.is_closed_vertex(from, a),
+            false => few(a) && few(b) && self.shared.is_closed_edge(from, a, b),
+        };
+        is_closed == aim.is_closed()
+    }
 }
 
 /// A ray from inside, which does not leave through an open end.
@@ -168,32 +242,6 @@ fn past(mesh: &Mesh, to: Vec3, apart: f32, random: &mut Random) -> (Vec3, Vec3) 
     let edge = to + apart * mesh.size * out;
     let from = edge - (2.0 + random.unit()) * mesh.size * along;
     (from, edge - from)
-}
-
-/// True if a ray meets any of the triangles in exact arithmetic; those round its aim are asked first.
-fn meets(ray: &Ray, triangles: &[Triangle], round: &[u32]) -> bool {
-    let met = |t: &u32| exact::meets(ray, &triangles[*t as usize]);
-    let mut may_be_met = triangles.iter().filter(|t| !surely_passes(ray, t));
-    round.iter().any(met) || may_be_met.any(|t| exact::meets(ray, t))
-}
-
-/// True if binary64 is enough to say that a ray's line passes a triangle: it has one edge on its left and one
-/// on its right, by more than the rounding of these products can be.
-fn surely_passes(ray: &Ray, triangle: &Triangle) -> bool {
-    let origin = Vec3::from(ray.origin).as_dvec3();
-    let direction = Vec3::from(ray.direction).as_dvec3();
-    let [a, b, c] = triangle.positions.map(|p| p.as_dvec3() - origin);
-    // Sums of coordinates are no less than lengths, and need no roots.
-    let size = |v: DVec3| v.abs().element_sum();
-    let scale = 64.0 * f64::EPSILON * size(direction);
-    let (mut left, mut right) = (false, false);
-    for (p, q) in [(c, b), (a, c), (b, a)] {
-        let product = direction.dot(p.cross(q));
-        let rounding = scale * size(p) * size(q);
-        left |= product > rounding;
-        right |= product < -rounding;
-    }
-    left && right
 }
 
 fn slope(random: &mut Random) -> f32 {

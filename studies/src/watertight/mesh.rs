@@ -1,19 +1,20 @@
 //! Families of meshes that are hard to hit or to miss: slivers, needles, far from the origin, very small and very large.
 
+use super::Made;
+use crate::exact;
 use crate::hard_cases::meshes::{sphere, triangle};
 use glam::Vec3;
-use srp_runtime::scene::Triangle;
+use srp_runtime::scene::{Triangle, bounds};
 use std::collections::BTreeMap;
 use std::f32::consts::TAU;
 
-/// A mesh of a family.
-pub(super) struct Mesh {
+/// A mesh: of a family, or one's own.
+#[derive(Clone, Debug)]
+pub struct Mesh {
     /// Its name, which a file can have.
-    pub(super) name: &'static str,
+    pub(super) name: String,
     /// Its triangles.
     pub(super) triangles: Vec<Triangle>,
-    /// For each corner of each triangle the triangles that share its vertex.
-    pub(super) sharing: Vec<[Vec<u32>; 3]>,
     /// Its middle.
     pub(super) centre: Vec3,
     /// About its radius.
@@ -31,33 +32,57 @@ pub(super) enum Form {
     Tube(f32),
     /// An open ground, to be seen from above.
     Ground,
+    /// Nothing is known of it.
+    Any,
 }
 
 impl Mesh {
-    fn new(
-        name: &'static str,
-        triangles: Vec<Triangle>,
-        (centre, size): (Vec3, f32),
-        form: Form,
-    ) -> Mesh {
-        let mut at: BTreeMap<[u32; 3], Vec<u32>> = BTreeMap::new();
-        let key = |p: Vec3| p.to_array().map(f32::to_bits);
-        for (i, t) in (0..).zip(&triangles) {
-            for p in t.positions {
-                at.entry(key(p)).or_default().push(i);
-            }
-        }
-        let sharing = triangles
-            .iter()
-            .map(|t| t.positions.map(|p| at[&key(p)].clone()));
+    fn new(name: &str, triangles: Vec<Triangle>, (centre, size): (Vec3, f32), form: Form) -> Mesh {
         Mesh {
-            name,
-            sharing: sharing.collect(),
+            name: name.to_owned(),
             triangles,
             centre,
             size,
             form,
         }
+    }
+
+    /// A mesh of triangles of which nothing is known; nothing where there are none.
+    pub fn of(name: &str, triangles: Vec<Triangle>) -> Option<Mesh> {
+        let (low, high) = bounds(&triangles)?;
+        // Halves first: the sum of large ones is infinite.
+        let [low, high] = [low, high].map(|corner| 0.5 * corner);
+        let (centre, size) = (low + high, (high - low).max_element());
+        Some(Mesh::new(name, triangles, (centre, size), Form::Any))
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// How it is made, if it is one's own.
+    pub(super) fn made(&self) -> Option<Made> {
+        (self.form == Form::Any).then(|| {
+            let mut edges: BTreeMap<[[u32; 3]; 2], u64> = BTreeMap::new();
+            let has_area = |t: &&Triangle| !exact::is_degenerate(t);
+            let solid: Vec<&Triangle> = self.triangles.iter().filter(has_area).collect();
+            for triangle in &solid {
+                // A zero is one, whatever its sign.
+                let [a, b, c] = triangle
+                    .positions
+                    .map(|p| p.to_array().map(|x| (x + 0.0).to_bits()));
+                for [p, q] in [[a, b], [b, c], [c, a]] {
+                    *edges.entry([p.min(q), p.max(q)]).or_default() += 1;
+                }
+            }
+            Made {
+                mesh: self.name.clone(),
+                triangles: self.triangles.len() as u64,
+                degenerate: (self.triangles.len() - solid.len()) as u64,
+                borders: edges.values().filter(|&&count| count == 1).count() as u64,
+            }
+        })
     }
 
     /// As the text of an `.obj` file: every number is that of the triangle, to the bit.

@@ -7,6 +7,7 @@
 
 mod aim;
 mod mesh;
+mod oracle;
 
 use crate::Error;
 use crate::survey::Random;
@@ -17,16 +18,16 @@ use srp_archdesc::area;
 use srp_archdesc::datapath::{Intersection, Operations};
 use srp_archdesc::system::{SystemSpec, TniSpec};
 use srp_archdesc::watch::Stage;
-use srp_runtime::bvh::{self, Layout};
+use srp_runtime::bvh::{self, Bvh, Layout};
 use srp_runtime::tni::{Tracer, place_for};
 use srp_toolchain::Session;
 use srp_toolchain::envelope::Contents;
 use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use aim::Shot;
 pub use aim::{APART, Aim};
-use mesh::Mesh;
+use aim::{Shot, Target};
+pub use mesh::Mesh;
 
 /// Most rays of each mesh and aim.
 pub const MOST_RAYS: u32 = 1_000_000;
@@ -45,7 +46,7 @@ pub struct Options {
 pub struct Answers {
     /// Its name.
     pub name: String,
-    /// By mesh of [`meshes`], in the order of its rays: whether each hits.
+    /// By mesh, in the order of its rays: whether each hits.
     pub hits: Vec<Vec<bool>>,
 }
 
@@ -56,6 +57,9 @@ pub struct Report {
     pub tests: Vec<Test>,
     /// Other ray tracers, whose answers were brought.
     pub others: Vec<String>,
+    /// How meshes of one's own are made.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<Made>,
     /// By mesh and aim.
     pub rows: Vec<Row>,
 }
@@ -75,6 +79,19 @@ pub struct Test {
     pub operations: Operations,
     /// The area of a T&I unit with it, mm².
     pub mm2: f64,
+}
+
+/// How a mesh is made.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Made {
+    /// The mesh.
+    pub mesh: String,
+    /// Its triangles.
+    pub triangles: u64,
+    /// Those of them without area, which nothing meets.
+    pub degenerate: u64,
+    /// Edges that one triangle with area has alone.
+    pub borders: u64,
 }
 
 /// Rays of one kind.
@@ -105,28 +122,28 @@ pub struct Count {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Exported {
     /// Its name.
-    pub name: &'static str,
+    pub name: String,
     /// The mesh as an `.obj` file.
     pub obj: String,
     /// The rays, a line each, `ox oy oz dx dy dz # mesh, aim: meets|passes`.
     pub rays: String,
 }
 
-/// The names of the meshes, in the order of [`Answers::hits`]: of all, or of one alone; `None` where none has this name.
-pub fn meshes(only: Option<&str>) -> Option<Vec<&'static str>> {
-    let mut names: Vec<_> = mesh::all().iter().map(|mesh| mesh.name).collect();
-    names.retain(|name| only.is_none_or(|only| only == *name));
-    (!names.is_empty()).then_some(names)
+/// The meshes of the families: all, or one alone; `None` where none has this name.
+pub fn meshes(only: Option<&str>) -> Option<Vec<Mesh>> {
+    let mut meshes = mesh::all();
+    meshes.retain(|mesh| only.is_none_or(|only| only == mesh.name));
+    (!meshes.is_empty()).then_some(meshes)
 }
 
-/// Shoots rays at all meshes, or at one alone, with every triangle test, on the T&I unit of a machine.
+/// Shoots rays at some meshes with every triangle test, on the T&I unit of a machine.
 ///
 /// # Errors
 ///
 /// The watch ended the work, or answers are not one for each ray.
 pub fn measure(
     arch: &Arch,
-    only: Option<&str>,
+    meshes: &[Mesh],
     options: Options,
     others: &[Answers],
     session: &Session<'_>,
@@ -135,8 +152,9 @@ pub fn measure(
     let mut tests = vec![own];
     tests.extend(Intersection::ALL.into_iter().filter(|&test| test != own));
     let units: Vec<SystemSpec> = tests.iter().map(|&test| with(arch, test)).collect();
-    let rows = each_mesh(only, session, |number, mesh| {
-        let kinds = rays(mesh, options);
+    let rows = each_mesh(meshes, session, |number, mesh| {
+        let tree = bvh::build(&mesh.triangles, &bvh::Options::default());
+        let kinds = rays(mesh, &tree, options, session)?;
         for other in others {
             let (found, all) = (other.hits[number].len(), kinds.iter().map(|k| k.1.len()));
             let all: usize = all.sum();
@@ -148,7 +166,7 @@ pub fn measure(
                 )));
             }
         }
-        Ok(rows(mesh, &kinds, &units, number, others))
+        Ok(rows((mesh, &tree), &kinds, &units, number, others))
     })?;
     Ok(Report {
         tests: (tests.iter().zip(&units))
@@ -159,15 +177,20 @@ pub fn measure(
             })
             .collect(),
         others: others.iter().map(|other| other.name.clone()).collect(),
+        meshes: meshes.iter().filter_map(Mesh::made).collect(),
         rows: rows.into_iter().flatten().collect(),
     })
 }
 
-/// The mesh of a name and its rays as text, for other ray tracers; `None` where none has this name.
-pub fn export(name: &str, options: Options) -> Option<Exported> {
-    let mesh = mesh::all().into_iter().find(|mesh| mesh.name == name)?;
+/// A mesh and its rays as text, for other ray tracers.
+///
+/// # Errors
+///
+/// The watch ended the work.
+pub fn export(mesh: &Mesh, options: Options, session: &Session<'_>) -> Result<Exported, Error> {
+    let tree = bvh::build(&mesh.triangles, &bvh::Options::default());
     let mut text = format!("# seed {}\n", options.seed);
-    for (aim, shots) in rays(&mesh, options) {
+    for (aim, shots) in rays(mesh, &tree, options, session)? {
         for Shot { ray, meets } in shots {
             let [a, b, c] = ray.origin;
             let [x, y, z] = ray.direction;
@@ -176,8 +199,8 @@ pub fn export(name: &str, options: Options) -> Option<Exported> {
             let _ = writeln!(text, "{a:e} {b:e} {c:e} {x:e} {y:e} {z:e} # {aim}: {meets}");
         }
     }
-    Some(Exported {
-        name: mesh.name,
+    Ok(Exported {
+        name: mesh.name.clone(),
         obj: mesh.obj(),
         rays: text,
     })
@@ -196,12 +219,10 @@ fn with(arch: &Arch, intersection: Intersection) -> SystemSpec {
 
 /// Does the same for each mesh, on the session's threads; the results are in the order of the meshes.
 fn each_mesh<T: Send>(
-    only: Option<&str>,
+    meshes: &[Mesh],
     session: &Session<'_>,
     work: impl Fn(usize, &Mesh) -> Result<T, Error> + Sync,
 ) -> Result<Vec<T>, Error> {
-    let mut meshes = mesh::all();
-    meshes.retain(|mesh| only.is_none_or(|only| only == mesh.name));
     let stage = Stage::of(session.watch, "shooting rays", meshes.len() as u64);
     let next = AtomicUsize::new(0);
     let worker = || {
@@ -220,7 +241,7 @@ fn each_mesh<T: Send>(
         }
     };
     let mut all = std::thread::scope(|scope| {
-        let threads = session.threads.clamp(1, meshes.len());
+        let threads = session.threads.clamp(1, meshes.len().max(1));
         let threads: Vec<_> = (0..threads).map(|_| scope.spawn(worker)).collect();
         let mut all = Vec::new();
         for thread in threads {
@@ -235,33 +256,39 @@ fn each_mesh<T: Send>(
     all.into_iter().map(|(_, result)| result).collect()
 }
 
-/// The rays of a mesh, which depend on nothing but their number and seed.
-fn rays(mesh: &Mesh, options: Options) -> Vec<(Aim, Vec<Shot>)> {
+/// The rays of a mesh, which depend on nothing but its name, their number and their seed.
+fn rays(
+    mesh: &Mesh,
+    tree: &Bvh,
+    options: Options,
+    session: &Session<'_>,
+) -> Result<Vec<(Aim, Vec<Shot>)>, Error> {
     let count = options.rays as usize;
+    let target = Target::new(mesh, tree);
     let aims = (0..).zip(Aim::at(mesh.form));
     aims.map(|(place, aim)| {
         let name = mesh.name.bytes().fold(place, |sum: u64, byte| {
             Random::new(sum ^ u64::from(byte)).draw()
         });
         let mut random = Random::new(options.seed ^ name);
-        (aim, aim::shots(mesh, aim, count, &mut random))
+        let shots = target.shots(aim, count, &mut random, session);
+        Ok((aim, shots.ok_or_else(Error::cancelled)?))
     })
     .collect()
 }
 
 /// Counts the wrong answers of all rays of a mesh.
 fn rows(
-    mesh: &Mesh,
+    (mesh, tree): (&Mesh, &Bvh),
     kinds: &[(Aim, Vec<Shot>)],
     units: &[SystemSpec],
     number: usize,
     others: &[Answers],
 ) -> Vec<Row> {
-    let tree = bvh::build(&mesh.triangles, &bvh::Options::default());
     let placed: Vec<_> = units
         .iter()
         .map(|system| {
-            let image = bvh::lay_out(&tree, &mesh.triangles, Layout::of(&system.tni));
+            let image = bvh::lay_out(tree, &mesh.triangles, Layout::of(&system.tni));
             place_for(system, &image)
         })
         .collect();
@@ -282,7 +309,7 @@ fn rows(
             }
         }
         Row {
-            mesh: mesh.name.to_owned(),
+            mesh: mesh.name.clone(),
             aim: *aim,
             rays: shots.len() as u64,
             meet: shots.iter().filter(|shot| shot.meets).count() as u64,

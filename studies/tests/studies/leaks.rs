@@ -8,7 +8,7 @@ use srp_archdesc::arch::{Approx, Arch};
 use srp_archdesc::datapath::Intersection;
 use srp_archdesc::machines;
 use srp_archdesc::watch::Unwatched;
-use srp_studies::watertight::{Aim, Options, Report, Row, measure};
+use srp_studies::watertight::{Aim, Options, Report, Row, measure, meshes};
 use srp_toolchain::Session;
 
 fn count() -> u32 {
@@ -25,7 +25,8 @@ fn report(rcp: Approx, seed: u64) -> Report {
         rays: count(),
         seed,
     };
-    measure(&arch, None, options, &[], &Session::new(&Unwatched)).expect("nobody ends it")
+    let all = meshes(None).expect("there are meshes");
+    measure(&arch, &all, options, &[], &Session::new(&Unwatched)).expect("nobody ends it")
 }
 
 /// Sums of the rows that are wanted, with a test: rays, lost ones, and false hits.
@@ -63,7 +64,7 @@ fn two_tests_have_no_holes() {
         assert!(lost <= may, "{lost} of {rays}, with {rcp:?}");
         // Woop's moves the ray by a rounding of the vertices, to a needle of the tube whose box it does not meet.
         let woop = |tube| {
-            let inside = move |row: &Row| row.aim.is_inside() && (row.mesh == "tube") == tube;
+            let inside = move |row: &Row| row.aim.finds_holes() && (row.mesh == "tube") == tube;
             sums(&report, Intersection::Woop, inside)
         };
         assert_eq!(woop(false)[1], 0, "with {rcp:?}");
