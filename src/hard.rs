@@ -144,6 +144,7 @@ fn sign(verdict: Option<&Verdict>) -> char {
         None => ' ',
         Some(Verdict::Right) => '.',
         Some(Verdict::Bounded(_) | Verdict::Off { .. }) => 'o',
+        Some(Verdict::Unbounded(_)) => '?',
         Some(Verdict::Wrong(_)) => 'X',
     }
 }
@@ -152,12 +153,16 @@ fn heading(matrix: &Matrix) -> String {
     let right = matrix.count(|v| *v == Verdict::Right);
     let bounded = matrix.bounded();
     let wrong = matrix.count(|v| matches!(v, Verdict::Wrong(_)));
+    let unbounded = match matrix.count(|v| matches!(v, Verdict::Unbounded(_))) {
+        0 => String::new(),
+        count => format!(", {count} other ones without a bound"),
+    };
     let room = matrix.room().map_or(String::new(), |room| {
         format!("; where a number is off, its bound is {room:.1} times that at the median")
     });
     format!(
         "{}: {} cases, {} answers: {right} right, {bounded} within the bound stated for their \
-         setting, {wrong} wrong{room}",
+         setting{unbounded}, {wrong} wrong{room}",
         matrix.machine,
         matrix.cases.len(),
         matrix.verdicts.len(),
@@ -191,7 +196,7 @@ fn text(matrix: &Matrix, again: &Again<'_>) -> String {
     }
     let _ = writeln!(
         text,
-        "\n  .  right   o  wrong by design, within its bound   X  wrong\n\n{:8} {header}",
+        "\n  .  right   o  wrong by design, within its bound   ?  another, without a bound   X  wrong\n\n{:8} {header}",
         "case"
     );
     for (i, case) in matrix.cases.iter().enumerate() {
@@ -204,6 +209,7 @@ fn text(matrix: &Matrix, again: &Again<'_>) -> String {
         let _ = writeln!(text, "{}", case.title);
     }
     list(&mut text, matrix, "Wrong by design", "bounded");
+    list(&mut text, matrix, "Without a bound", "unbounded");
     list(&mut text, matrix, "Wrong", "wrong");
     let wrong = matrix
         .cases
@@ -225,7 +231,7 @@ fn rank(matrix: &Matrix, case: usize) -> u8 {
     let of_case = (matrix.verdicts.iter()).filter(|((i, _), _)| *i == case);
     let ranks = of_case.map(|(_, verdict)| match verdict {
         Verdict::Wrong(_) => 0,
-        Verdict::Bounded(_) | Verdict::Off { .. } => 1,
+        Verdict::Bounded(_) | Verdict::Off { .. } | Verdict::Unbounded(_) => 1,
         Verdict::Right => 2,
     });
     ranks.min().unwrap_or(2)
@@ -279,6 +285,7 @@ fn page(matrix: &Matrix, again: &Again<'_>) -> String {
                 p.legend {
                     span { i.right {} "right" }
                     span { i.bounded {} "wrong by design in this setting, within the bound stated" }
+                    span { i.unbounded {} "another answer, without a bound in this setting" }
                     span { i.wrong {} "wrong" }
                     span { i.none {} "not run there" }
                 }

@@ -342,3 +342,61 @@ fn kernels_of_ones_own_are_tried() {
         assert!(text.contains(&again), "{text}");
     }
 }
+
+/// On a machine of narrow formats bounds follow from these: answers keep them, or have none and say why. A kernel that
+/// is wrong stays so.
+#[test]
+fn narrow_formats_are_in_the_bounds() {
+    let folder = folder("hard-narrow");
+    let source = srp(&folder, &["machine", "source", "sgrt"]);
+    let source = String::from_utf8(source.stdout).expect("it is text");
+    let float = "  <float add=\"tf32\" multiply=\"tf32\" fused=\"bfloat16\"/>\n  <fu-type ";
+    super::write(
+        &folder,
+        "narrow.xml",
+        &source.replacen("  <fu-type ", float, 1),
+    );
+    assert_eq!(
+        srp(&folder, &["new", "kernels", "mine"]).status.code(),
+        Some(0)
+    );
+    let tried = |filter: &str| {
+        let args = [
+            "hard-cases",
+            "--kernels",
+            "mine",
+            "--machine",
+            "narrow.xml",
+            "--filter",
+            filter,
+            "--json",
+        ];
+        let output = srp(&folder, &args);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
+        let results = json["cases"].as_array().into_iter().flatten();
+        let results =
+            results.flat_map(|case| case["results"].as_array().cloned().unwrap_or_default());
+        let on_srp = results.filter(|result| result["level"] == "srp");
+        let told = on_srp.map(|r| {
+            [&r["verdict"], &r["what"]].map(|v| v.as_str().unwrap_or_default().to_owned())
+        });
+        (output.status.code(), told.collect::<Vec<_>>())
+    };
+    let (status, told) = tried("V");
+    let count =
+        |told: &[[String; 2]], verdict: &str| told.iter().filter(|[v, _]| v == verdict).count();
+    assert_eq!((status, count(&told, "wrong")), (Some(0), 0), "{told:?}");
+    assert!(count(&told, "bounded") > 20, "{told:?}");
+    let reason = |what: &str| what.contains("bfloat16, tf32") || what.contains("narrow formats");
+    let mut unbounded = told.iter().filter(|[verdict, _]| verdict == "unbounded");
+    assert!(unbounded.all(|[_, what]| reason(what)), "{told:?}");
+
+    let path = folder.join("mine/vector.h");
+    let whole = std::fs::read_to_string(&path).expect("it was made");
+    let wrong = whole.replace("direction - normal", "direction + normal");
+    assert_ne!(wrong, whole);
+    super::write(&folder, "mine/vector.h", &wrong);
+    let (status, told) = tried("V9");
+    assert_eq!(status, Some(1));
+    assert!(count(&told, "wrong") > 0, "{told:?}");
+}

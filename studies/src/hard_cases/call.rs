@@ -4,6 +4,7 @@
 use super::catalogue::Case;
 use super::functions::{COUNT, FUNCTIONS, Function, MATH, MATH_FUNCTIONS, TEXTURE};
 use srp_runtime::memory::BASE;
+use std::collections::BTreeMap;
 
 /// Calls to be run together, and where in system memory everything stands.
 pub(super) struct Calls {
@@ -124,19 +125,38 @@ impl Calls {
         memory
     }
 
+    /// The addresses of the words that each call gives, by the table in system memory.
+    pub(super) fn places(&self, memory: &[u8]) -> Vec<Vec<u32>> {
+        let places = |&(function, place): &(&Function, usize)| {
+            let results = word(memory, 16 * function.number + 8);
+            let start = results + (16 * function.results * place + 4 * function.first) as u32;
+            (0..function.words).map(|i| start + 4 * i as u32).collect()
+        };
+        self.calls.iter().map(places).collect()
+    }
+
     /// The words that each call gave, from system memory after the driver ran.
     pub(super) fn results(&self, memory: &[u8]) -> Vec<Vec<u32>> {
-        let word = |at: usize| {
-            let bytes = memory.get(at..at + 4).and_then(|b| b.try_into().ok());
-            u32::from_le_bytes(bytes.unwrap_or_default())
+        let of_call = |places: Vec<u32>| {
+            let words = places
+                .into_iter()
+                .map(|at| word(memory, (at - BASE) as usize));
+            words.collect()
         };
-        let result = |&(function, place): &(&Function, usize)| {
-            let results = (word(16 * function.number + 8) - BASE) as usize;
-            let start = results + 16 * function.results * place + 4 * function.first;
-            (0..function.words).map(|i| word(start + 4 * i)).collect()
-        };
-        self.calls.iter().map(result).collect()
+        self.places(memory).into_iter().map(of_call).collect()
     }
+}
+
+/// A word of system memory; 0 beyond it.
+fn word(memory: &[u8], at: usize) -> u32 {
+    let bytes = memory.get(at..at + 4).and_then(|b| b.try_into().ok());
+    u32::from_le_bytes(bytes.unwrap_or_default())
+}
+
+/// The words of system memory by their addresses.
+pub(super) fn words(memory: &[u8]) -> BTreeMap<u32, u32> {
+    let all = (0..memory.len()).step_by(4);
+    all.map(|at| (BASE + at as u32, word(memory, at))).collect()
 }
 
 /// The texel of a level of the catalogue's textures in column `x` and row `y`: red in the low byte.

@@ -71,6 +71,11 @@ impl Kernels {
     }
 
     /// The C files.
+    pub(super) fn sources(&self) -> &[Source] {
+        &self.sources
+    }
+
+    /// The same, to be compiled.
     pub(super) fn input(&self) -> Input {
         Input::C(self.sources.clone())
     }

@@ -24,6 +24,8 @@ pub enum Verdict {
     },
     /// It is wrong.
     Wrong(String),
+    /// It is another than the right one, and nothing bounds how far it may be off in this setting: the answer, and why.
+    Unbounded(String),
 }
 
 /// Levels of a byte that the curve from light to bytes reaches at 1, before it is shifted to end there: errors are a part of
@@ -188,8 +190,16 @@ pub(super) fn within(
     if off <= own {
         return Verdict::Right;
     }
-    let bound = own + allowance(case, setting, size);
+    let bound = own + allowance(case, setting, size) + setting.narrow.unwrap_or(0.0);
     match off <= bound {
+        true if setting.narrow.is_some() && size > 0.0 && bound >= size => {
+            let mut text = what();
+            let _ = write!(
+                text,
+                "; roundings to narrow formats may come to {bound:.1e}, as much as the answer"
+            );
+            Verdict::Unbounded(text)
+        }
         true => Verdict::Off {
             by: off,
             most: bound,
@@ -221,6 +231,11 @@ pub(super) fn basis(case: &Case, setting: &Setting, found: &[u32]) -> Verdict {
         true => m.max(x.abs()),
         false => f64::INFINITY,
     });
+    // A product of two vectors of length 1 whose numbers are off by e is so by 2√3 e + 3e² at most.
+    let setting = &Setting {
+        narrow: setting.narrow.map(|e| 4.0 * e + 3.0 * e * e),
+        ..setting.clone()
+    };
     within(case, setting, off, 1.0, || format!("{u:?} and {v:?}"))
 }
 

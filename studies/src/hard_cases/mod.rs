@@ -12,6 +12,7 @@ pub mod export;
 mod functions;
 mod judge;
 pub(crate) mod meshes;
+mod narrow;
 mod operands;
 #[cfg(test)]
 mod oracle;
@@ -35,11 +36,12 @@ use aimed::AimedRays;
 use call::Calls;
 use engine::{Host, Kernels, Srp};
 use functions::Function;
+use narrow::Narrow;
 use operands::Recorder;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::{Approx, Arch, Precision};
 use srp_archdesc::diagnostic::Source;
-use srp_archdesc::format::{Format, Formats};
+use srp_archdesc::format::Format;
 use srp_archdesc::watch::Stage;
 use srp_runtime::scene::{Scene, Triangle};
 use srp_runtime::tni::arithmetic::{self, Prepared, Ray};
@@ -205,7 +207,15 @@ impl Trial<'_> {
             }
             self.session.check()?;
             match picture::judge(case, setting, self.scene, &self.folder, self.session) {
-                Ok(verdict) => found.verdicts.push((i, Level::Frame, verdict)),
+                Ok(verdict) => {
+                    let verdict = match (narrow_formats(&setting.arch), verdict) {
+                        (Some(formats), Verdict::Wrong(what)) => Verdict::Unbounded(format!(
+                            "{what}; sums and products of a frame in {formats}, of which `srp accuracy` compares pictures"
+                        )),
+                        (_, verdict) => verdict,
+                    };
+                    found.verdicts.push((i, Level::Frame, verdict));
+                }
                 Err(Error::Functional(FunctionalError::TooLarge(why))) => {
                     found.skipped.push(format!("frame: {}: {why}", case.id));
                 }
@@ -284,16 +294,6 @@ impl Trial<'_> {
             let note = "srp: no unit of the machine samples textures";
             found.skipped.push(note.to_owned());
         }
-        let formats = setting.arch.precision.formats;
-        if formats != Formats::SINGLE && number == 0 {
-            let narrow = formats.all().into_iter().filter(|f| *f != Format::SINGLE);
-            let names: BTreeSet<String> = narrow.map(Format::name).collect();
-            found.skipped.push(format!(
-                "srp, frame: bounds of what adders and multipliers in {} round away: answers are those of binary32, and \
-                 what is off by more than in binary32 is wrong; `srp accuracy` compares pictures",
-                names.into_iter().collect::<Vec<_>>().join(", ")
-            ));
-        }
         let wanted = |case: &Case| match case.call.as_str() {
             "texture" => textures && (setting.changes_textures || setting.changes_kernels),
             _ => setting.changes_kernels,
@@ -305,20 +305,39 @@ impl Trial<'_> {
         let srp = Srp::compile(self.kernels, &calls, &setting.arch, self.session)?;
         let results = calls.results(&srp.run(calls.memory(), self.session)?);
         let mut recorder: Option<Recorder> = None;
+        let mut narrow: Option<Narrow> = None;
         for (case, at) in placed {
             let mut verdict = self.judge(case, &at, &results, setting);
             if let Verdict::Off { .. } = &verdict
                 && let Some(call) = call_alone(&self.cases[case])
             {
-                let recorder = match &mut recorder {
-                    Some(recorder) => recorder,
-                    none => none.insert(Recorder::compile(self.kernels, &calls, &setting.arch)?),
-                };
+                let compile = || Recorder::compile(self.kernels, &calls, &setting.arch);
+                let recorder = filled(&mut recorder, compile)?;
                 let setting = &Setting {
                     at_operands: Some(recorder.errors(&call)?),
                     ..setting.clone()
                 };
                 verdict = self.judge(case, &at, &results, setting);
+            }
+            if let Some(formats) = narrow_formats(&setting.arch)
+                && let Verdict::Wrong(what) = verdict
+            {
+                let compile = || Narrow::compile(self.kernels, &calls, &setting.arch);
+                verdict = match narrow_call(&self.cases[case]) {
+                    None => Verdict::Unbounded(format!(
+                        "{what}; decided by what is computed in {formats}"
+                    )),
+                    Some(call) => match filled(&mut narrow, compile)?.most(&call) {
+                        Err(why) => Verdict::Unbounded(format!("{what}; in {formats} {}", why.0)),
+                        Ok(most) => {
+                            let setting = &Setting {
+                                narrow: Some(most),
+                                ..setting.clone()
+                            };
+                            self.judge(case, &at, &results, setting)
+                        }
+                    },
+                };
             }
             found.verdicts.push((case, Level::Srp, verdict));
         }
@@ -393,6 +412,32 @@ fn function_of(case: &Case) -> Option<&'static Function> {
         "acne" => "surface",
         name => name,
     })
+}
+
+/// The names of the narrow formats that a machine computes in; `None` where it has none.
+fn narrow_formats(arch: &Arch) -> Option<String> {
+    let narrow = arch.precision.formats.all().into_iter();
+    let names = narrow.filter(|f| *f != Format::SINGLE).map(Format::name);
+    let names: BTreeSet<String> = names.collect();
+    (!names.is_empty()).then(|| names.into_iter().collect::<Vec<_>>().join(", "))
+}
+
+/// The call of a case whose answer is numbers, which may be off by what narrow formats round away.
+fn narrow_call(case: &Case) -> Option<Calls> {
+    if matches!(case.call.as_str(), "box" | "surface" | "acne" | "bytes") {
+        return None;
+    }
+    let mut calls = Calls::new();
+    calls.add_case(case, function_of(case)?);
+    Some(calls)
+}
+
+/// What is there, or is made.
+fn filled<T, E>(place: &mut Option<T>, make: impl FnOnce() -> Result<T, E>) -> Result<&mut T, E> {
+    match place {
+        Some(there) => Ok(there),
+        none => Ok(none.insert(make()?)),
+    }
 }
 
 /// The call of a case whose answer is numbers that units of the SRP take part in.

@@ -82,6 +82,7 @@ impl Verdict {
                 format!("off by {by:.1e}, at most {most:.1e}").into(),
             ),
             Verdict::Wrong(what) => ("wrong", what.into()),
+            Verdict::Unbounded(what) => ("unbounded", what.into()),
         }
     }
 }
@@ -95,6 +96,9 @@ pub struct Listing {
     pub skipped: Vec<String>,
     /// Answers that are wrong and are not listed as failing by design.
     pub wrong: usize,
+    /// Answers that are other ones than the right ones, and that nothing bounds.
+    #[serde(default)]
+    pub unbounded: usize,
     /// How many times the error of a number the bound is that it keeps, at the median of those that are off; null where none is.
     pub room: Option<f64>,
     /// The cases.
@@ -211,7 +215,8 @@ pub struct CaseResult {
     pub level: String,
     /// The setting of the machine.
     pub setting: String,
-    /// `right`, `bounded` (wrong by design, within its bound) or `wrong`.
+    /// `right`, `bounded` (wrong by design, within its bound), `unbounded` (another answer, with no bound in this setting)
+    /// or `wrong`.
     pub verdict: String,
     /// What is said of it.
     pub what: String,
@@ -225,6 +230,7 @@ impl Listing {
             settings: matrix.settings.iter().map(|s| s.name.clone()).collect(),
             skipped: matrix.skipped.clone(),
             wrong: matrix.count(|v| matches!(v, Verdict::Wrong(_))),
+            unbounded: matrix.count(|v| matches!(v, Verdict::Unbounded(_))),
             room: matrix.room(),
             cases: cases.map(|(i, case)| listed(matrix, i, case)).collect(),
         }

@@ -20,6 +20,8 @@ pub struct Setting {
     pub(super) changes_tni: bool,
     /// The errors that units may make at the operands of the call that is judged, where these are known.
     pub(super) at_operands: Option<Errors>,
+    /// How far narrow formats may bring the numbers of the call from those of binary32, where that is known.
+    pub(super) narrow: Option<f64>,
 }
 
 /// The machine as it is, and its settings: everything exact, tables of 23, 16, 12 and 8 bits, 12 bits
@@ -113,6 +115,7 @@ impl Settings {
             name: name.into(),
             arch,
             at_operands: None,
+            narrow: None,
         };
         if setting.changes_kernels || setting.changes_textures || setting.changes_tni {
             self.0.push(setting);

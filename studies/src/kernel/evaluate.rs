@@ -75,6 +75,15 @@ impl<'a> Meaning<'a> {
         }
     }
 
+    /// The same with functions of `math.h` for how they compute.
+    pub(super) fn literal(program: &'a Program, layout: &'a Layout) -> Meaning<'a> {
+        Meaning {
+            program,
+            layout,
+            library: program.funcs.keys().map(|_| None).collect(),
+        }
+    }
+
     /// Runs `main` on a memory whose words at some addresses are these.
     pub(super) fn run<N: Number>(
         &self,

@@ -8,6 +8,7 @@
 //! error over the whole ranges, and shadows tell which operations it comes from.
 
 mod bound;
+mod computed;
 mod decisions;
 mod evaluate;
 mod fpcore;
@@ -23,6 +24,7 @@ mod translate;
 mod trial;
 
 pub use bound::Bound;
+pub(crate) use computed::computed;
 pub use origin::{Origin, Origins};
 pub use report::{Range, Report};
 pub use rewritten::{Gain, Rewritten};

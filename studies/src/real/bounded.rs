@@ -176,7 +176,7 @@ impl Bounded {
     }
 
     /// Where the computed number lies.
-    fn computed(&self) -> (f64, f64) {
+    pub fn computed(&self) -> (f64, f64) {
         let low = self.low - self.error;
         let low = if self.is_nonnegative {
             low.max(0.0)
