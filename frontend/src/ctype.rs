@@ -277,6 +277,16 @@ impl TypeTable {
         &self.types[id].0
     }
 
+    /// The numbers of all types.
+    pub fn ids(&self) -> impl Iterator<Item = TypeId> + use<> {
+        self.types.keys()
+    }
+
+    /// A struct or union.
+    pub fn record(&self, id: RecordId) -> &Record {
+        &self.records[id]
+    }
+
     /// The type's number, made where it is new.
     pub fn id(&mut self, ty: Type) -> TypeId {
         if let Some(&id) = self.index.get(&ty) {

@@ -28,6 +28,7 @@ pub mod bytes;
 pub mod check;
 mod classify;
 pub mod ctype;
+mod described;
 pub mod interface;
 mod lex;
 pub mod library;
@@ -44,6 +45,7 @@ mod trouble;
 pub mod typed;
 
 pub use check::check;
+pub use described::{WithDescription, compile_described};
 pub use lower::lower;
 pub use options::{Include, Included, Options, precision_macros};
 pub use parse::parse;

@@ -3,6 +3,7 @@
 //! * [`program`]: SSA with block parameters, made by the front end and changed by the passes.
 //! * [`dfg`]: one loop body as a dataflow graph, placed by the modulo scheduler.
 //! * [`dre`]: the program divided between VLIW engine and array, unscheduled and scheduled.
+//! * [`described`]: the types and variables of a source, for debuggers.
 //! * [`check`]: checks every scheduled program.
 //! * [`graph`]: reads dataflow graphs that come from elsewhere.
 //! * [`split`]: makes a `Dre` of a `Program`.
@@ -15,6 +16,7 @@
 //! * [`pass`]: optimises it.
 
 pub mod check;
+pub mod described;
 pub mod dfg;
 pub mod dre;
 pub mod flow;

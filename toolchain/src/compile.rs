@@ -16,7 +16,7 @@ use srp_ir::dre::scheduled::ModuloSchedule;
 use srp_ir::layout::Layout;
 use srp_ir::pass;
 use srp_ir::program::{Kernel, Program, SourceFile};
-use srp_ir::split::Remark;
+use srp_ir::split::{Counter, Remark};
 use srp_scheduler::modulo::{self, Unschedulable};
 use srp_scheduler::{LoopFacts, Schedule, ScheduleError};
 use std::collections::BTreeMap;
@@ -37,6 +37,8 @@ pub struct Compiled {
     pub remarks: Vec<Remark>,
     /// The memory orders of each kernel that would be left if pointers were `restrict`.
     pub relaxed: BTreeMap<String, Vec<Order>>,
+    /// The counters of each kernel, by its name.
+    pub counters: BTreeMap<String, Vec<Counter>>,
     /// Loops that the array could not run, and that went back to the control code.
     pub refused: Vec<Dfg>,
     /// How long each stage took, and the search for the schedule of each loop by name.
@@ -66,6 +68,7 @@ impl Compiled {
             not_pipelined: Vec::new(),
             remarks: Vec::new(),
             relaxed: BTreeMap::new(),
+            counters: BTreeMap::new(),
             refused: Vec::new(),
             times: Times::default(),
         }
@@ -310,6 +313,7 @@ fn schedule_timed(
             mut not_pipelined,
             remarks,
             relaxed,
+            counters,
             refused,
         } = divided(&mut program, arch, timed)?;
         all_refused.extend(refused);
@@ -320,6 +324,7 @@ fn schedule_timed(
                     not_pipelined,
                     remarks,
                     relaxed,
+                    counters,
                     refused: all_refused,
                     times: timed.times(),
                     ..Compiled::of(schedule)

@@ -7,7 +7,7 @@ use srp_ir::dfg::{Dfg, Order};
 use srp_ir::dre::Dre;
 use srp_ir::pass;
 use srp_ir::program::{Block, Func, Kernel, Pos, Program};
-use srp_ir::split::{self, Remark, split};
+use srp_ir::split::{self, Counter, Remark, split};
 use srp_scheduler::modulo::{self, Unschedulable};
 use std::collections::BTreeMap;
 
@@ -66,6 +66,8 @@ pub struct Divided {
     pub remarks: Vec<Remark>,
     /// The memory orders of each kernel that would be left if pointers were `restrict`.
     pub relaxed: BTreeMap<String, Vec<Order>>,
+    /// The counters of each kernel, by its name.
+    pub counters: BTreeMap<String, Vec<Counter>>,
     /// Loops that went back to the control code because the array cannot run them.
     pub refused: Vec<Dfg>,
 }
@@ -92,6 +94,7 @@ pub fn divide(program: &mut Program, arch: &Arch) -> Result<Divided, Error> {
                 not_pipelined,
                 remarks: divided.remarks,
                 relaxed: divided.relaxed,
+                counters: divided.counters,
                 refused,
             });
         }

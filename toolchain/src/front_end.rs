@@ -12,6 +12,7 @@ use srp_archdesc::diagnostic::{Diagnostic, Messages, Severity, Source, line_colu
 use srp_archdesc::isa::Class;
 use srp_frontend::interface::Interface;
 use srp_frontend::{Include, Included, library};
+use srp_ir::described::Described;
 use srp_ir::pass::{self, Pass, Remark};
 use srp_ir::program::Program;
 use std::cell::RefCell;
@@ -225,6 +226,8 @@ pub struct WithTexts {
     /// The text of each of its files, by the file's name: of the sources, of what they include, and of the library's.
     /// Included files that are not C by their names have none.
     pub texts: BTreeMap<String, String>,
+    /// Its types and variables.
+    pub described: Described,
 }
 
 /// [`front_end`], with the texts of all files that were read.
@@ -234,10 +237,12 @@ pub struct WithTexts {
 /// All that is wrong with the sources.
 pub fn with_texts(sources: &[Source], arch: &Arch, options: &Options) -> Result<WithTexts, Error> {
     let texts = Texts::new(sources, options);
-    let compiled = with(&texts, arch, options, |o| srp_frontend::compile(sources, o));
-    let (program, mut diagnostics) = match compiled {
-        Ok((program, warnings)) => (Some(program), warnings),
-        Err(errors) => (None, errors),
+    let compiled = with(&texts, arch, options, |o| {
+        srp_frontend::compile_described(sources, o)
+    });
+    let (program, mut diagnostics, described) = match compiled {
+        Ok((program, warnings, described)) => (Some(program), warnings, described),
+        Err(errors) => (None, errors, Described::default()),
     };
     let of_files = program.as_ref().map(|program| texts.of(program));
     if let (Some(program), Some(texts), Some(max_ulp)) = (&program, &of_files, options.max_ulp) {
@@ -250,6 +255,7 @@ pub fn with_texts(sources: &[Source], arch: &Arch, options: &Options) -> Result<
             program,
             messages,
             texts,
+            described,
         }),
         _ => Err(Error::Messages(messages)),
     }

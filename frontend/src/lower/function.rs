@@ -116,7 +116,10 @@ pub(super) struct Passing {
     pub(super) variadic: bool,
 }
 
-/// Lowers one function. Beside it stands what pragmas of its loops say of units.
+/// The slots of each variable of a function, with the offsets of what they have.
+pub(crate) type Places = Vec<Vec<(Slot, u32)>>;
+
+/// Lowers one function. Beside it stand what pragmas of its loops say of units, and where its variables are.
 pub(super) fn lower(
     checked: &Checked,
     symbols: &Symbols,
@@ -124,7 +127,7 @@ pub(super) fn lower(
     body: &Body,
     options: &Options<'_>,
     kernels: &mut KernelNames,
-) -> (Function, Vec<Wish>) {
+) -> (Function, Vec<Wish>, Places) {
     let passing = passing(checked, function.ty);
     let func = Function::new(
         &function.name,
@@ -163,13 +166,14 @@ pub(super) fn lower(
     };
     lowering.func.noinline = function.noinline;
     lowering.locals();
+    let places = lowering.places();
     lowering.params(&passing);
     if let Some(root) = body.root {
         lowering.stmt(root);
     }
     lowering.return_zeros();
     lay_out(&mut lowering.func, lowering.order);
-    (lowering.func, lowering.wishes)
+    (lowering.func, lowering.wishes, places)
 }
 
 /// How a function of this type passes its values.
@@ -244,6 +248,18 @@ impl Lowering<'_> {
             };
             self.storage.push(storage);
         }
+    }
+
+    /// Where the variables are.
+    fn places(&self) -> Places {
+        let slots = |storage: &Storage| match *storage {
+            Storage::Slot(slot) => vec![(slot, 0)],
+            Storage::Split(parts) => {
+                let parts = self.split[parts].iter();
+                parts.map(|part| (part.slot, part.offset)).collect()
+            }
+        };
+        self.storage.values().map(slots).collect()
     }
 
     /// A slot for an object of a type.

@@ -28,6 +28,7 @@ mod vector;
 use crate::options::Options;
 use crate::typed::{Address, Checked, FunctionId, ObjectId};
 use function::KernelNames;
+pub(crate) use function::Places;
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_ir::program::{Func, Global, GlobalData, Program, Reloc, Symbol};
 
@@ -56,6 +57,14 @@ impl Symbols {
 
 /// Lowers a checked program. Functions and objects of one source that nothing uses are left out.
 pub fn lower(checked: &Checked, options: &Options<'_>) -> Program {
+    lower_with_places(checked, options).0
+}
+
+/// Where the variables of each function are.
+pub(crate) type PlacesOf = Vec<(Func, FunctionId, Places)>;
+
+/// [`lower`], with the slots of all variables.
+pub(crate) fn lower_with_places(checked: &Checked, options: &Options<'_>) -> (Program, PlacesOf) {
     let symbols = number(checked, options);
     let mut program = Program {
         files: checked.files.clone(),
@@ -84,6 +93,7 @@ pub fn lower(checked: &Checked, options: &Options<'_>) -> Program {
     }
     let mut kernels = KernelNames::default();
     let mut wishes = EntityMap::new();
+    let mut places = Vec::new();
     for (id, function) in checked.functions.iter() {
         let (Some(func), Some(body)) = (symbols.functions[id], &function.body) else {
             continue;
@@ -93,6 +103,7 @@ pub fn lower(checked: &Checked, options: &Options<'_>) -> Program {
         }
         let lowered = function::lower(checked, &symbols, function, body, options, &mut kernels);
         program.funcs.push(lowered.0);
+        places.push((func, id, lowered.2));
         wishes.push(units::Wishes {
             loops: lowered.1,
             fixed: function.optional && function.name != "sqrtf",
@@ -100,7 +111,7 @@ pub fn lower(checked: &Checked, options: &Options<'_>) -> Program {
     }
     units::choose(&mut program, &wishes, options, &mut kernels);
     start::with_arguments(&mut program);
-    program
+    (program, places)
 }
 
 /// Numbers everything reached from the functions that other sources know.

@@ -8,6 +8,7 @@
 //! (the exit test, usually) do not become nodes.
 
 mod body;
+mod counters;
 mod induction;
 mod linear;
 mod memory;
@@ -27,6 +28,7 @@ use crate::program::{
     Value,
 };
 use body::{After, Body};
+pub use counters::{Counter, Start};
 use induction::Inductions;
 use memory::MemoryOrder;
 use places::Places;
@@ -51,6 +53,8 @@ pub struct Split {
     /// By the kernel's name, the memory orders that would remain if the pointers that may alias
     /// were `restrict`. Kernels that would lose no order are not listed.
     pub relaxed: BTreeMap<String, Vec<Order>>,
+    /// The counters of each kernel, by its name.
+    pub counters: BTreeMap<String, Vec<Counter>>,
 }
 
 /// A loop that was to run on the array and cannot.
@@ -98,6 +102,7 @@ pub fn split(program: &Program) -> Split {
         not_pipelined: Vec::new(),
         remarks: Vec::new(),
         relaxed: BTreeMap::new(),
+        counters: BTreeMap::new(),
     };
     let mut names = BTreeSet::new();
     for func in program.funcs.keys() {
@@ -143,7 +148,8 @@ fn split_loop(
     let kernel = result.dre.kernels.keys().len();
     let taken = take_loop(program, func, places, block, mark, Kernel::new(kernel));
     match taken {
-        Ok((dfg, order)) => {
+        Ok((dfg, order, counters)) => {
+            result.counters.insert(mark.name.clone(), counters);
             result.remarks.extend(order.remarks);
             if let Some(relaxed) = order.relaxed {
                 result.relaxed.insert(mark.name.clone(), relaxed);
@@ -168,7 +174,7 @@ fn take_loop(
     block: Block,
     mark: &KernelMark,
     kernel: Kernel,
-) -> Result<(Dfg, MemoryOrder), Refusal> {
+) -> Result<(Dfg, MemoryOrder, Vec<Counter>), Refusal> {
     let lp = Loop::of(program, &program.funcs[func], places, block)?;
     let mut body = Body::of(&lp, mark.pos)?;
     if body.nodes.is_empty() {
@@ -183,6 +189,7 @@ fn take_loop(
         Word::Const(trip) if trip > 0 => Some(trip),
         _ => None,
     };
+    let counters = counters::counters(&lp, &body, program);
     let trip = words.value(trip);
     let trip = body.trip_live_in(trip);
     let mut order = memory::order(&lp, &body, known_trip, mark);
@@ -204,7 +211,7 @@ fn take_loop(
     let func = &mut program.funcs[func];
     added.apply(func);
     replace_block(func, places, block, insts, exit, &launch.renamed);
-    Ok((dfg, order))
+    Ok((dfg, order, counters))
 }
 
 /// The live-outs of a launch, and the parameters that are renamed after the loop.
