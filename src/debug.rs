@@ -52,17 +52,20 @@ pub(crate) fn prepare(
         options.auto_kernel = build.auto_kernel;
         frame = Some(made);
     }
-    let (mut variables, mut sources) = (Variables::default(), BTreeMap::new());
+    let mut front = None;
     if let Input::C(files) = &read()? {
         // Mistakes are told when it is compiled.
-        if let Ok(front) = with_texts(files, &arch, &options) {
-            variables = Variables::of(&front.program);
-            sources = front.texts;
-        }
+        front = with_texts(files, &arch, &options).ok();
     }
     let source = &of.compilation.source;
     let compiled = compile::compile_and_say(read()?, &arch, &options, source, session)?;
     interrupt::end_if_requested()?;
+    let (mut variables, mut sources) = (Variables::default(), BTreeMap::new());
+    if let Some(front) = front {
+        let counters = compiled.counters.clone();
+        variables = Variables::with(&front.program, front.described, counters);
+        sources = front.texts;
+    }
     Ok(Prepared {
         input: read()?,
         arch,

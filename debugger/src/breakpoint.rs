@@ -3,6 +3,7 @@
 use crate::code::Code;
 use crate::expression::Expression;
 use srp_csimgen::SimSpec;
+use srp_ir::described::TypeRef;
 use std::fmt;
 use std::str::FromStr;
 
@@ -34,6 +35,17 @@ pub(crate) struct Breakpoint {
     pub(crate) met: u64,
 }
 
+/// A part of memory that an expression names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Memory {
+    /// Where it begins.
+    pub address: u32,
+    /// Its bytes.
+    pub bytes: u32,
+    /// Its type, if it has one.
+    pub ty: Option<TypeRef>,
+}
+
 /// Bytes that are watched.
 #[derive(Clone, Debug)]
 pub(crate) struct Watch {
@@ -41,6 +53,9 @@ pub(crate) struct Watch {
     pub(crate) core: u32,
     pub(crate) address: u32,
     pub(crate) bytes: u32,
+    /// The expression that names it, and its type.
+    pub(crate) name: String,
+    pub(crate) ty: Option<TypeRef>,
     pub(crate) last: Vec<u8>,
 }
 

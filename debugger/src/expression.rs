@@ -11,10 +11,39 @@ pub(crate) enum Operand {
     Real(f32),
     /// A variable, a global object, a register, or one of the names that stand for the place.
     Name(String),
-    /// An element of a global object, counted in words.
-    Element(String, Box<Operand>),
-    /// The word at an address.
+    /// An element of an array, of a vector, or behind a pointer; a register of a file.
+    Element(Box<Operand>, Box<Operand>),
+    /// A member of a struct or union.
+    Member(Box<Operand>, String),
+    /// What a pointer points to; the word at an address.
     At(Box<Operand>),
+    /// The address of something.
+    Of(Box<Operand>),
+}
+
+impl Operand {
+    /// A member of a name as one name with a dot, which objects of functions and registers have.
+    pub(crate) fn dotted(&self) -> Option<String> {
+        match self {
+            Operand::Name(name) => Some(name.clone()),
+            Operand::Member(inner, member) => Some(format!("{}.{member}", inner.dotted()?)),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Operand {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Operand::Integer(bits) => write!(f, "{}", *bits as i32),
+            Operand::Real(value) => write!(f, "{value:?}"),
+            Operand::Name(name) => f.write_str(name),
+            Operand::Element(of, index) => write!(f, "{of}[{index}]"),
+            Operand::Member(of, name) => write!(f, "{of}.{name}"),
+            Operand::At(pointer) => write!(f, "(*{pointer})"),
+            Operand::Of(inner) => write!(f, "&{inner}"),
+        }
+    }
 }
 
 /// A comparison.
@@ -43,8 +72,8 @@ impl fmt::Display for NoExpression {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "`{}` is no expression: write NAME, NAME[INDEX], *ADDRESS or a number, or two of them with ==, !=, <, <=, \
-             > or >= between them",
+            "`{}` is no expression: write a name with members and elements as C does (s.x, p->x, NAME[INDEX], *p, &x), \
+             *ADDRESS or a number, or two of them with ==, !=, <, <=, > or >= between them",
             self.0
         )
     }
@@ -69,9 +98,11 @@ impl Expression {
     /// It is none.
     pub fn parse(text: &str) -> Result<Expression, NoExpression> {
         let wrong = || NoExpression(text.to_owned());
+        // The arrow of a member is no comparison.
+        let without = text.replace("->", "--");
         let found = COMPARISONS.iter().find_map(|(sign, comparison)| {
-            let (left, right) = text.split_once(sign)?;
-            Some((left, *comparison, right))
+            let at = without.find(sign)?;
+            Some((&text[..at], *comparison, &text[at + sign.len()..]))
         });
         match found {
             None => Ok(Expression {
@@ -116,23 +147,66 @@ pub(crate) fn address(text: &str) -> Option<u32> {
     }
 }
 
+/// How deep operands stand in each other.
+const DEEPEST: u32 = 64;
+
 fn operand(text: &str) -> Option<Operand> {
+    operand_within(text, DEEPEST)
+}
+
+fn operand_within(text: &str, deep: u32) -> Option<Operand> {
     let text = text.trim();
+    let deep = deep.checked_sub(1)?;
+    let inner = |text| operand_within(text, deep).map(Box::new);
     if let Some(number) = number(text) {
         return Some(number);
     }
-    if let Some(address) = text.strip_prefix('*') {
-        return Some(Operand::At(Box::new(operand(address)?)));
+    if let Some(pointer) = text.strip_prefix('*') {
+        return Some(Operand::At(inner(pointer)?));
     }
-    if let Some((name, index)) = text.strip_suffix(']').and_then(|t| t.split_once('[')) {
-        let name = is_name(name).then(|| name.to_owned())?;
-        return Some(Operand::Element(name, Box::new(operand(index)?)));
+    if let Some(of) = text.strip_prefix('&') {
+        return Some(Operand::Of(inner(of)?));
     }
-    is_name(text).then(|| Operand::Name(text.to_owned()))
+    if text.ends_with(']') {
+        let open = opening(text, '[', ']')?;
+        let index = inner(&text[open + 1..text.len() - 1])?;
+        return Some(Operand::Element(inner(&text[..open])?, index));
+    }
+    if text.ends_with(')') && opening(text, '(', ')') == Some(0) {
+        return inner(&text[1..text.len() - 1]).map(|operand| *operand);
+    }
+    let start = text.rfind(|c: char| !(c.is_alphanumeric() || "_+".contains(c)));
+    let Some(start) = start else {
+        return is_name(text).then(|| Operand::Name(text.to_owned()));
+    };
+    let (before, member) = text.split_at(start + text[start..].chars().next()?.len_utf8());
+    let is_member = is_name(member);
+    if let Some(pointer) = before.strip_suffix("->").filter(|_| is_member) {
+        let pointed = Box::new(Operand::At(inner(pointer)?));
+        return Some(Operand::Member(pointed, member.to_owned()));
+    }
+    let of = before.strip_suffix('.').filter(|_| is_member)?;
+    Some(Operand::Member(inner(of)?, member.to_owned()))
+}
+
+/// Where the last bracket of a text is opened.
+fn opening(text: &str, open: char, close: char) -> Option<usize> {
+    let mut deep = 0;
+    for (at, c) in text.char_indices().rev() {
+        if c == close {
+            deep += 1;
+        } else if c == open {
+            deep -= 1;
+            if deep == 0 {
+                return Some(at);
+            }
+        }
+    }
+    None
 }
 
 fn is_name(text: &str) -> bool {
-    let inner = |c: char| c.is_alphanumeric() || "_.+".contains(c);
+    let inner = |c: char| c.is_alphanumeric() || "_+".contains(c);
     let first = |c: char| c.is_alphabetic() || c == '_';
     text.starts_with(first) && text.chars().all(inner)
 }
@@ -169,10 +243,15 @@ mod tests {
             "*0x80000010",
             "fu_0_0_r[2] != y",
             "p+4",
+            "p->x.y[2] >= 3",
+            "(*p).x",
+            "&s.x == *q",
         ] {
             assert!(Expression::parse(right).is_ok(), "{right}");
         }
-        for wrong in ["", "x ==", "f(x)", "a + b", "b[", "3x"] {
+        for wrong in [
+            "", "x ==", "f(x)", "a + b", "b[", "3x", "x.", ".x", "p->", "a[1", "&",
+        ] {
             let error = Expression::parse(wrong).expect_err("it is none");
             assert!(error.to_string().contains("NAME[INDEX]"), "{wrong}");
         }

@@ -1,6 +1,6 @@
 //! A session: cores that go on, stop, and go back.
 
-use crate::breakpoint::{Breakpoint, NoBreakpoint, Place as Where, Watch};
+use crate::breakpoint::{Breakpoint, Memory, NoBreakpoint, Place as Where, Watch};
 use crate::code::{Code, Line};
 use crate::expression::Expression;
 use crate::history::{Checkpoint, History};
@@ -145,7 +145,7 @@ fn tables(
     variables: &Variables,
 ) -> Result<(Arc<SimSpec>, Arc<Code>), SessionError> {
     let spec = Arc::new(link(program)?);
-    let code = Arc::new(Code::of(&spec, variables));
+    let code = Arc::new(Code::of(program, &spec, variables));
     Ok((spec, code))
 }
 
@@ -278,8 +278,10 @@ impl<'a> Session<'a> {
         before > self.breakpoints.len() + self.watches.len()
     }
 
-    /// Stops when bytes of a core's SRAM, or of the memory of all, change. Returns the watch's number.
-    pub fn watch(&mut self, core: u32, address: u32, bytes: u32) -> u64 {
+    /// Stops when bytes of a core's SRAM, or of the memory of all, change, which an expression names. Returns the watch's
+    /// number.
+    pub fn watch(&mut self, core: u32, at: &Memory, name: &str) -> u64 {
+        let &Memory { address, bytes, ty } = at;
         let id = self.next_id;
         self.next_id += 1;
         self.watches.push(Watch {
@@ -287,6 +289,8 @@ impl<'a> Session<'a> {
             core,
             address,
             bytes,
+            name: name.to_owned(),
+            ty,
             last: self.machine.read(core, address, bytes).to_vec(),
         });
         id
@@ -444,6 +448,15 @@ impl<'a> Session<'a> {
 
     /// The iteration that is looked at, where it is on its way; else the one that has begun last.
     pub(crate) fn followed(&self, place: Place) -> Option<u64> {
+        let Place::Context { iteration, .. } = place else {
+            return None;
+        };
+        let looked_at = self.looked_at.filter(|&of| self.is_on_its_way(place, of));
+        looked_at.or(Some(iteration))
+    }
+
+    /// True if an iteration is on the array.
+    pub(crate) fn is_on_its_way(&self, place: Place, of: u64) -> bool {
         let Place::Context {
             kernel,
             iteration,
@@ -451,13 +464,10 @@ impl<'a> Session<'a> {
             ..
         } = place
         else {
-            return None;
+            return false;
         };
-        let is_on_its_way = |of: &u64| {
-            let stage = iteration.wrapping_sub(*of);
-            stage < u64::from(self.code.kernels[kernel as usize].stages) && stages >> stage & 1 == 1
-        };
-        self.looked_at.filter(is_on_its_way).or(Some(iteration))
+        let stage = iteration.wrapping_sub(of);
+        stage < u64::from(self.code.kernels[kernel as usize].stages) && stages >> stage & 1 == 1
     }
 
     /// The line of an iteration: the one that the last stop is about, or that of its next operation in this stage.

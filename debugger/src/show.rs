@@ -1,6 +1,5 @@
 //! What there is to see where a session stands: frames, variables, registers, memory.
 
-use crate::expression::{Expression, Operand, never};
 use crate::session::Session;
 use crate::watched::Watched;
 use srp_archdesc::isa::Ty;
@@ -77,7 +76,7 @@ pub struct Variable {
 }
 
 impl Variable {
-    fn plain(name: String, value: String) -> Variable {
+    pub(crate) fn plain(name: String, value: String) -> Variable {
         Variable {
             name,
             value,
@@ -263,7 +262,7 @@ impl Session<'_> {
     /// What is in a part.
     pub fn variables(&self, core: u32, of: FrameOf, scope: Scope) -> Vec<Variable> {
         match scope {
-            Scope::Variables => self.named(core, of),
+            Scope::Variables => self.locals(core, of),
             Scope::Operations => self.operations(core, of),
             Scope::Registers => self.registers(core, |role| !matches!(role, Role::Flight(_))),
             Scope::OnTheWay => {
@@ -277,70 +276,25 @@ impl Session<'_> {
         }
     }
 
-    /// The variables of a frame with their types and values, each as it was made last.
-    fn values(&self, core: u32, of: FrameOf) -> Vec<(&str, Ty, V4, Position)> {
-        let watched = self.cores[core as usize].get();
-        let mut found = Vec::new();
-        match of {
-            FrameOf::Call(level) => {
-                for (&name, made) in watched.marks.calls.get(level).into_iter().flatten() {
-                    let name = self.code.names[name as usize].as_str();
-                    found.push((name, made.ty, made.value, made.at));
-                }
-            }
-            FrameOf::Iteration(iteration) => {
-                let of_iteration = self.made(&watched, iteration);
-                for (step, name, value) in of_iteration {
-                    let (Some(name), Some(ty)) = (name, step.ty) else {
-                        continue;
-                    };
-                    found.retain(|(known, ..)| *known != name);
-                    found.push((name, ty, value, step.at));
-                }
-            }
-        }
-        found.sort_by_key(|(name, ..)| *name);
-        found
-    }
-
     /// What an iteration has computed so far, in its order.
-    fn made<'s>(
-        &'s self,
-        watched: &Watched,
-        iteration: u64,
-    ) -> Vec<(&'s Step, Option<&'s str>, V4)> {
+    fn made<'s>(&'s self, watched: &Watched, iteration: u64) -> Vec<(&'s Step, String, V4)> {
         let kernel = match (watched.marks.place, watched.marks.done) {
             (Place::Context { kernel, .. }, _) | (_, Some(Place::Context { kernel, .. })) => kernel,
             _ => return Vec::new(),
         };
         let contexts = &self.spec.kernels[kernel as usize].contexts;
-        let names = &self.code.kernels[kernel as usize].names;
+        let names = &self.code.kernels[kernel as usize].of.names;
         let mut iterations = watched.marks.iterations.iter();
         let found = iterations.find(|(number, _)| *number == iteration);
         let made = found.into_iter().flat_map(|(_, made)| made);
         let made = made.map(|&((slot, number), value)| {
             let step = &contexts[slot as usize][number as usize];
-            let name = names[slot as usize][number as usize];
-            let name = name.map(|name| self.code.names[name as usize].as_str());
-            (step, name, value)
+            let names = names.get(&(slot, number)).into_iter().flatten();
+            let pieces = &self.code.variables.pieces;
+            let names: Vec<&str> = names.map(|&n| pieces[n as usize].name.as_str()).collect();
+            (step, names.join(", "), value)
         });
         made.collect()
-    }
-
-    fn named(&self, core: u32, of: FrameOf) -> Vec<Variable> {
-        let values = self.values(core, of);
-        let shown = values.into_iter().map(|(name, ty, value, _)| {
-            let parts = match ty {
-                Ty::Vec => (0..4)
-                    .map(|lane: usize| Variable::plain(format!("[{lane}]"), word(value.0[lane]))),
-                Ty::Pred | Ty::Word => return Variable::plain(name.to_owned(), shown(ty, value)),
-            };
-            Variable {
-                parts: parts.collect(),
-                ..Variable::plain(name.to_owned(), shown(ty, value))
-            }
-        });
-        shown.collect()
     }
 
     fn operations(&self, core: u32, of: FrameOf) -> Vec<Variable> {
@@ -349,7 +303,7 @@ impl Session<'_> {
         };
         let watched = self.cores[core as usize].get();
         let made = self.made(&watched, iteration).into_iter();
-        let of_step = |(step, name, value): (&Step, Option<&str>, V4)| {
+        let of_step = |(step, name, value): (&Step, String, V4)| {
             let ty = step.ty?;
             let op = step.opcode()?;
             let unit = match step.origin {
@@ -357,7 +311,10 @@ impl Session<'_> {
                 _ => return None,
             };
             let line = self.place(Some(step.at)).1;
-            let name = name.map_or(String::new(), |name| format!(" {name} ="));
+            let name = match name.as_str() {
+                "" => String::new(),
+                name => format!(" {name} ="),
+            };
             Some(Variable::plain(
                 format!("{line}:{name} {op} on {unit}"),
                 shown(ty, value),
@@ -425,162 +382,5 @@ impl Session<'_> {
     fn word(&self, core: u32, address: u32) -> Option<u32> {
         let bytes = self.machine.read(core, address, 4);
         bytes.try_into().ok().map(u32::from_le_bytes)
-    }
-
-    /// The address and the size of an operand that lies in memory.
-    pub fn address(&self, core: u32, of: FrameOf, text: &str) -> Option<(u32, u32)> {
-        let expression = Expression::parse(text).ok()?;
-        match &expression.left {
-            Operand::Name(name) => {
-                let symbol = self.symbols.iter().find(|s| s.name == *name)?;
-                Some((symbol.address, symbol.size))
-            }
-            Operand::Element(name, index) => {
-                let symbol = self.symbols.iter().find(|s| s.name == *name)?;
-                let index = self.value(core, of, index)?.1.0[0];
-                Some((symbol.address.wrapping_add(index.wrapping_mul(4)), 4))
-            }
-            Operand::At(address) => Some((self.value(core, of, address)?.1.0[0], 4)),
-            Operand::Integer(bits) => Some((*bits, 4)),
-            Operand::Real(value) => Some((value.to_bits(), 4)),
-        }
-    }
-
-    /// The value of an expression at a frame.
-    ///
-    /// # Errors
-    ///
-    /// A sentence that says what is wrong.
-    pub fn evaluate(&self, core: u32, of: FrameOf, text: &str) -> Result<String, String> {
-        let expression = Expression::parse(text).map_err(|error| error.to_string())?;
-        if let Some(name) = self.unknown_name(&expression) {
-            return Err(never(name));
-        }
-        let unknown = || format!("`{text}` has no value here");
-        let (ty, value) = self.value(core, of, &expression.left).ok_or_else(unknown)?;
-        let Some((comparison, right)) = &expression.right else {
-            return Ok(shown(ty, value));
-        };
-        let numbers = self.numbers(core, of, &expression.left, right);
-        let (left, right) = numbers.ok_or_else(unknown)?;
-        Ok(comparison.holds(left, right).to_string())
-    }
-
-    /// The first name of an expression that has a value nowhere: no operation makes that variable's, and no object, register or
-    /// count has the name.
-    pub fn unknown_name<'e>(&self, expression: &'e Expression) -> Option<&'e str> {
-        let right = expression.right.as_ref().map(|(_, operand)| operand);
-        let operands = std::iter::once(&expression.left).chain(right);
-        operands
-            .filter_map(|operand| self.unknown_in(operand))
-            .next()
-    }
-
-    fn unknown_in<'e>(&self, operand: &'e Operand) -> Option<&'e str> {
-        let is_object = |name: &str| self.symbols.iter().any(|symbol| symbol.name == name);
-        let is_store = |name: &str| self.names.stores.iter().any(|store| *store == name);
-        match operand {
-            Operand::Integer(_) | Operand::Real(_) => None,
-            Operand::At(inner) => self.unknown_in(inner),
-            Operand::Element(name, index) => match is_object(name) || is_store(name) {
-                true => self.unknown_in(index),
-                false => Some(name),
-            },
-            Operand::Name(name) => {
-                let counts = ["iteration", "cycle", "core"].contains(&name.as_str());
-                let known = counts || is_object(name) || is_store(name);
-                (!known && !self.code.names.contains(name)).then_some(name)
-            }
-        }
-    }
-
-    /// True if a condition holds where a core stands.
-    pub(crate) fn holds(&self, condition: &Expression, core: u32, iteration: Option<u64>) -> bool {
-        let of = match iteration {
-            Some(iteration) => FrameOf::Iteration(iteration),
-            None => {
-                let depth = self.cores[core as usize].get().marks.calls.len();
-                FrameOf::Call(depth - 1)
-            }
-        };
-        let Some((comparison, right)) = &condition.right else {
-            let value = self.value(core, of, &condition.left);
-            return value.is_some_and(|(_, value)| value.0[0] != 0);
-        };
-        let numbers = self.numbers(core, of, &condition.left, right);
-        numbers.is_some_and(|(left, right)| comparison.holds(left, right))
-    }
-
-    /// Two operands as numbers: floats where one of them is written as one, else signed integers.
-    fn numbers(
-        &self,
-        core: u32,
-        of: FrameOf,
-        left: &Operand,
-        right: &Operand,
-    ) -> Option<(f64, f64)> {
-        let real = [left, right].iter().any(|o| matches!(o, Operand::Real(_)));
-        let number = |operand: &Operand| match operand {
-            Operand::Real(value) => Some(f64::from(*value)),
-            Operand::Integer(bits) => Some(f64::from(*bits as i32)),
-            _ => {
-                let bits = self.value(core, of, operand)?.1.0[0];
-                Some(match real {
-                    true => f64::from(f32::from_bits(bits)),
-                    false => f64::from(bits as i32),
-                })
-            }
-        };
-        Some((number(left)?, number(right)?))
-    }
-
-    fn value(&self, core: u32, of: FrameOf, operand: &Operand) -> Option<(Ty, V4)> {
-        let word = |bits: u32| Some((Ty::Word, V4([bits, 0, 0, 0])));
-        match operand {
-            Operand::Integer(bits) => word(*bits),
-            Operand::Real(value) => word(value.to_bits()),
-            Operand::At(address) => {
-                let address = self.value(core, of, address)?.1.0[0];
-                word(self.word(core, address)?)
-            }
-            Operand::Element(name, index) => {
-                let index = self.value(core, of, index)?.1.0[0];
-                if let Some(symbol) = self.symbols.iter().find(|s| s.name == *name) {
-                    let offset = index.checked_mul(4).filter(|&o| o < symbol.size)?;
-                    return word(self.word(core, symbol.address + offset)?);
-                }
-                let stores = self.spec.stores.iter().zip(&self.names.stores);
-                let (store, _) = stores.into_iter().find(|(_, known)| *known == name)?;
-                let snapshot = self.cores[core as usize].get().snapshot();
-                let cell = (index < store.size).then_some(store.base + index)?;
-                Some((store.ty, *snapshot.cells.get(cell as usize)?))
-            }
-            Operand::Name(name) => self.name(core, of, name),
-        }
-    }
-
-    fn name(&self, core: u32, of: FrameOf, name: &str) -> Option<(Ty, V4)> {
-        let word = |bits: u32| Some((Ty::Word, V4([bits, 0, 0, 0])));
-        let known = self.values(core, of);
-        if let Some(&(_, ty, value, _)) = known.iter().find(|(known, ..)| *known == name) {
-            return Some((ty, value));
-        }
-        if let Some(symbol) = self.symbols.iter().find(|s| s.name == name) {
-            return word(self.word(core, symbol.address)?);
-        }
-        let stores = self.spec.stores.iter().zip(&self.names.stores);
-        let output = stores
-            .into_iter()
-            .find(|(s, known)| s.size == 1 && *known == name);
-        if let Some((store, _)) = output {
-            let snapshot = self.cores[core as usize].get().snapshot();
-            return Some((store.ty, snapshot.cells[store.base as usize]));
-        }
-        match (name, of) {
-            ("iteration", FrameOf::Iteration(iteration)) => word(iteration as u32),
-            ("cycle", _) => word(self.cycle() as u32),
-            ("core", _) => word(core),
-            _ => None,
-        }
     }
 }

@@ -22,8 +22,15 @@ impl Session<'_> {
             return Some(self.stopped(Reason::Watch(id, text), core));
         }
         let marks = self.moved(goal.core as usize)?;
-        let is_reached = self.is_reached(goal, &marks);
-        is_reached.then(|| self.stopped(Reason::Step, goal.core))
+        let stop = self.stopped(Reason::Step, goal.core);
+        if let (Until::Line, Place::Context { .. }) = (goal.until, marks.place) {
+            let iteration = goal.iteration.and_then(|of| self.further(goal, &marks, of));
+            return iteration.map(|iteration| Stopped {
+                iteration: Some(iteration),
+                ..stop
+            });
+        }
+        self.is_reached(goal, &marks).then_some(stop)
     }
 
     /// What is to be known of a core that has advanced: where it goes on, what it did last, its last bundle with
@@ -58,8 +65,7 @@ impl Session<'_> {
             (Until::Breakpoint, _) => false,
             (Until::Cycle, _) => true,
             (Until::Into, Some(at)) => goal.on_array || at == (0, 0),
-            (Until::Line, Some((slot, _))) => goal.on_array && self.is_further(goal, moved, slot),
-            (Until::Out, Some(_)) => false,
+            (Until::Line | Until::Out, Some(_)) => false,
             (Until::Into, None) => self.begins_line(moved),
             (Until::Line, None) => self.begins_line(moved) && moved.depth <= goal.depth,
             (Until::Out, None) => {
@@ -72,14 +78,21 @@ impl Session<'_> {
         }
     }
 
-    /// True if the iteration that is followed has come to another line, or is over and another begins.
-    fn is_further(&self, goal: &Goal, moved: &Moved, slot: u32) -> bool {
-        let followed = self.followed(moved.place);
-        let line = match (goal.iteration, followed) {
-            (Some(of), now) if now == Some(of) => self.line_ahead(moved.place, of),
-            _ => return slot == 0,
-        };
-        line.is_some() && line != goal.line
+    /// The iteration that has come to another line: the one that is followed, or the next where that one is over; on the
+    /// way back the one before, where it has not begun.
+    fn further(&self, goal: &Goal, moved: &Moved, of: u64) -> Option<u64> {
+        if self.is_on_its_way(moved.place, of) {
+            let line = self.line_ahead(moved.place, of);
+            return (line.is_some() && line != goal.line).then_some(of);
+        }
+        match moved.place {
+            _ if self.is_on_its_way(moved.place, of + 1) => Some(of + 1),
+            Place::Context { iteration, .. } if iteration < of => Some(iteration),
+            Place::Context {
+                slot: 0, iteration, ..
+            } => Some(iteration),
+            _ => None,
+        }
     }
 
     /// The breakpoints that a core has met.
@@ -176,19 +189,19 @@ impl Session<'_> {
     /// The first watch whose bytes have changed, what they were and are, and its core.
     fn changed(&mut self) -> Option<(u64, String, u32)> {
         let mut found = None;
-        for watch in &mut self.watches {
+        for i in 0..self.watches.len() {
+            let watch = &self.watches[i];
             let now = self.machine.read(watch.core, watch.address, watch.bytes);
             if now == watch.last {
                 continue;
             }
-            let hex = |bytes: &[u8]| {
-                let bytes = bytes.iter().rev().map(|byte| format!("{byte:02x}"));
-                format!("0x{}", bytes.collect::<String>())
-            };
-            let (was, is) = (hex(&watch.last), hex(now));
-            let text = format!("{:#010x} was {was} and is {is}", watch.address);
-            watch.last = now.to_vec();
+            let (was, is) = (
+                self.shown_bytes(&watch.last, watch.ty),
+                self.shown_bytes(now, watch.ty),
+            );
+            let text = format!("{} was {was} and is {is}", watch.name);
             found = found.or(Some((watch.id, text, watch.core)));
+            self.watches[i].last = now.to_vec();
         }
         found
     }

@@ -10,7 +10,7 @@ use std::fmt::Write;
 /// What commands there are.
 pub const HELP: &str = "\
 break PLACE [if CONDITION] [count N]   stop at FILE:LINE, a function, a kernel, KERNEL#N, KERNEL#N@CORE, cycle:N
-watch NAME[INDEX] | *ADDRESS           stop when it changes
+watch EXPRESSION                       stop when it changes: counts[2], s.x, *p, *ADDRESS
 delete N                               take breakpoint or watch N away
 run | continue                         go on to the next stop (r, c)
 step | next | out                      into calls, over them, out of them; on the array by cycles, by the lines of the
@@ -20,8 +20,9 @@ back [step|next|cycle|continue]        the same backwards (b); `back` alone is `
 core N                                 look at another core
 frame N                                look at another frame of `where`: an iteration is followed from then on
 where                                  where the core stands (w)
-print EXPRESSION                       NAME, NAME[INDEX], *ADDRESS, REGISTER; or a comparison (p)
-info variables|operations|registers|way|objects|cores
+print EXPRESSION                       x, s.x, p->x, a[2], *p, &x, *ADDRESS, REGISTER; or a comparison (p)
+whatis EXPRESSION | ptype EXPRESSION   its type; also with the members of a struct
+info locals|operations|registers|way|objects|cores
 list                                   the source round the place (l)
 quit                                   (q)
 ";
@@ -105,6 +106,8 @@ impl<'a> Terminal<'a> {
             },
             "w" | "where" => self.place(),
             "p" | "print" => self.print(rest),
+            "whatis" => self.type_of(rest, false),
+            "ptype" => self.type_of(rest, true),
             "info" => self.info(rest),
             "l" | "list" => self.list(),
             _ => format!("no command is named `{word}`; `help` lists them\n"),
@@ -139,14 +142,15 @@ impl<'a> Terminal<'a> {
 
     fn add_watch(&mut self, text: &str) -> String {
         let of = self.looked_at();
-        match self.session.address(self.core, of, text) {
-            Some((address, bytes)) => {
-                let id = self.session.watch(self.core, address, bytes);
-                format!("watch {id} of {bytes} bytes at {address:#x}\n")
+        match self.session.watched(self.core, of, text) {
+            Ok(at) => {
+                let id = self.session.watch(self.core, &at, text);
+                format!(
+                    "watch {id} of {text}, {} bytes at {:#x}\n",
+                    at.bytes, at.address
+                )
             }
-            None => format!(
-                "`{text}` lies nowhere in memory: write an object, NAME[INDEX] or *ADDRESS\n"
-            ),
+            Err(why) => format!("{why}\n"),
         }
     }
 
@@ -279,9 +283,16 @@ impl<'a> Terminal<'a> {
         }
     }
 
+    fn type_of(&self, text: &str, all: bool) -> String {
+        match self.session.type_of(self.core, self.looked_at(), text, all) {
+            Ok(ty) => format!("type = {ty}\n"),
+            Err(why) => format!("{why}\n"),
+        }
+    }
+
     fn info(&self, what: &str) -> String {
         let scope = match what {
-            "variables" => Scope::Variables,
+            "variables" | "locals" => Scope::Variables,
             "operations" => Scope::Operations,
             "registers" => Scope::Registers,
             "way" => Scope::OnTheWay,
@@ -296,7 +307,7 @@ impl<'a> Terminal<'a> {
                 return cores.map(line).collect();
             }
             _ => {
-                return "info variables, operations, registers, way, objects or cores\n".to_owned();
+                return "info locals, operations, registers, way, objects or cores\n".to_owned();
             }
         };
         let variables = self.session.variables(self.core, self.looked_at(), scope);

@@ -1,6 +1,8 @@
 //! A core whose every cycle is noted: where it is, and which values variables and iterations have.
 
-use crate::code::{Code, Name};
+use crate::code::Code;
+use crate::kept::StepOf;
+use crate::variables::Name;
 use srp_archdesc::isa::Ty;
 use srp_csimgen::preamble::ops::V4;
 use srp_csimgen::preamble::sequencer::Place;
@@ -19,10 +21,21 @@ pub(crate) struct Made {
     pub(crate) value: V4,
     pub(crate) ty: Ty,
     pub(crate) at: Position,
+    /// What the variable was before.
+    pub(crate) before: Option<V4>,
+    /// The pass through a block in which it was made.
+    pub(crate) stretch: u64,
 }
 
-/// A step of an iteration: slot, number in the context.
-pub(crate) type StepOf = (u32, u32);
+/// What is noted of an open call.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Call {
+    pub(crate) variables: BTreeMap<Name, Made>,
+    /// The passes through blocks so far.
+    pub(crate) stretch: u64,
+    /// The bundle that ran last.
+    pub(crate) last: Option<u32>,
+}
 
 /// What is noted of a core.
 #[derive(Clone, Debug)]
@@ -35,8 +48,10 @@ pub(crate) struct Marks {
     pub(crate) last_lines: Option<u32>,
     /// Cycles in which it has advanced.
     pub(crate) turns: u64,
-    /// The variables of each open call, that of `main`'s caller first.
-    pub(crate) calls: Vec<BTreeMap<Name, Made>>,
+    /// What is noted of each open call, that of `main`'s caller first.
+    pub(crate) calls: Vec<Call>,
+    /// The live-ins of the last launch.
+    pub(crate) live_ins: Vec<V4>,
     /// Launches of each kernel.
     pub(crate) launches: Vec<u64>,
     /// The iterations of the last launch: their values in the order in which they were made.
@@ -66,7 +81,8 @@ impl Shared {
             done: None,
             last_lines: None,
             turns: 0,
-            calls: vec![BTreeMap::new()],
+            calls: vec![Call::default()],
+            live_ins: Vec::new(),
             launches: vec![0; spec.kernels.len()],
             iterations: VecDeque::new(),
             trap: None,
@@ -104,6 +120,18 @@ impl Watched {
     fn run(&mut self, bus: &mut dyn Bus) -> Result<Run, Trap> {
         self.tape.clear();
         let before = self.recorder.place();
+        if let Place::Context {
+            kernel,
+            slot: 0,
+            iteration: 0,
+            ..
+        } = before
+        {
+            let snapshot = self.recorder.snapshot();
+            let cells = self.code.kernels[kernel as usize].live_ins.iter();
+            let value = |&cell: &u32| snapshot.cells.get(cell as usize).copied();
+            self.marks.live_ins = cells.map(|cell| value(cell).unwrap_or_default()).collect();
+        }
         let run = self.recorder.run(bus, 1, &mut self.tape);
         match &run {
             Ok(_) => self.note(before),
@@ -133,7 +161,12 @@ impl Watched {
             && place != Place::Bundle(from + 1)
         {
             let depth = self.recorder.open_calls().count() + 1;
-            self.marks.calls.resize_with(depth, BTreeMap::new);
+            self.marks.calls.resize_with(depth, Call::default);
+        }
+        if let Place::Context { kernel, .. } = before
+            && !matches!(self.recorder.place(), Place::Context { .. })
+        {
+            self.leave(kernel);
         }
         self.marks.done = Some(before);
         self.marks.turns += 1;
@@ -142,11 +175,14 @@ impl Watched {
     fn bundle(&mut self, number: u32, values: &[Record]) {
         let bundle = &self.spec.bundles[number as usize];
         let names = &self.code.bundle_names[number as usize];
-        let variables = self.marks.calls.last_mut();
-        if let Some(variables) = variables {
-            for ((step, name), record) in bundle.steps.iter().zip(names).zip(values) {
-                if let (Some(name), Some(made)) = (name, made(step, record)) {
-                    variables.insert(*name, made);
+        if let Some(call) = self.marks.calls.last_mut() {
+            call.stretch += u64::from(!self.code.goes_on(call.last, number));
+            call.last = Some(number);
+            for ((step, names), record) in bundle.steps.iter().zip(names).zip(values) {
+                for name in names {
+                    let last = call.variables.get(name).map(|last| last.value);
+                    let made = made(step, record, last, call.stretch);
+                    call.variables.extend(made.map(|made| (*name, made)));
                 }
             }
         }
@@ -196,6 +232,41 @@ impl Watched {
         }
     }
 
+    /// Hands what a kernel has kept of variables to the call that has launched it.
+    fn leave(&mut self, kernel: u32) {
+        let of = &self.code.kernels[kernel as usize].of;
+        let at = self.spec.kernels[kernel as usize].at;
+        let Some(call) = self.marks.calls.last_mut() else {
+            return;
+        };
+        // What the kernel makes and does not keep is over.
+        let names = of.names.values().flatten().chain(of.refused.keys());
+        for name in names {
+            call.variables.remove(name);
+        }
+        let Some((last, values)) = self.marks.iterations.back() else {
+            return;
+        };
+        for (&name, kept) in &of.kept {
+            call.variables.remove(&name);
+            let mut made = values.iter().rev();
+            let made = made.find(|(step, _)| Some(*step) == kept.update);
+            let value = match made {
+                Some(&(_, value)) => Some(value),
+                None => kept.counted(&self.marks.live_ins, last + 1),
+            };
+            let stretch = call.stretch;
+            let made = value.map(|value| Made {
+                value,
+                ty: kept.ty,
+                at,
+                before: None,
+                stretch: stretch.wrapping_sub(1),
+            });
+            call.variables.extend(made.map(|made| (name, made)));
+        }
+    }
+
     pub(crate) fn snapshot(&self) -> Snapshot {
         self.recorder.snapshot()
     }
@@ -206,7 +277,7 @@ impl Watched {
     }
 }
 
-fn made(step: &Step, record: &Record) -> Option<Made> {
+fn made(step: &Step, record: &Record, before: Option<V4>, stretch: u64) -> Option<Made> {
     let Record::Value(value) = *record else {
         return None;
     };
@@ -215,5 +286,7 @@ fn made(step: &Step, record: &Record) -> Option<Made> {
         value,
         ty,
         at: step.at,
+        before,
+        stretch,
     })
 }

@@ -1,6 +1,7 @@
 //! The bodies of answers.
 
 use super::{Adapter, Group};
+use crate::breakpoint::Memory;
 use crate::expression::{Expression, never};
 use crate::show::{FrameOf, Variable};
 use base64::Engine;
@@ -32,6 +33,17 @@ const MOST_BYTES: u64 = 1 << 20;
 
 fn list(arguments: &Value, name: &str) -> Vec<Value> {
     arguments[name].as_array().cloned().unwrap_or_default()
+}
+
+/// The core, the memory and the name in a `dataId`.
+fn data_id(text: &str) -> Option<(u32, Memory, &str)> {
+    let mut parts = text.splitn(5, ':');
+    let core = parts.next()?.parse().ok()?;
+    let address = parts.next()?.parse().ok()?;
+    let bytes = parts.next()?.parse().ok()?;
+    let ty: usize = parts.next()?.parse().ok()?;
+    let ty = ty.checked_sub(1);
+    Some((core, Memory { address, bytes, ty }, parts.next()?))
 }
 
 impl Adapter<'_> {
@@ -112,17 +124,17 @@ impl Adapter<'_> {
         let in_group = match self.groups.get((group as usize).wrapping_sub(1)) {
             Some(Group::Parts(core, parts)) => {
                 let part = parts.iter().find(|part| part.name == name);
-                part.and_then(|part| Some((*core, part.address?, 4)))
+                part.and_then(|part| Some((*core, part.address?, 4, None)))
             }
             _ => None,
         };
         let found = in_group.or_else(|| {
-            let (address, bytes) = self.session.address(core, of, name)?;
-            Some((core, address, bytes))
+            let at = self.session.watched(core, of, name).ok()?;
+            Some((core, at.address, at.bytes, at.ty))
         });
         match found {
-            Some((core, address, bytes)) => json!({
-                "dataId": format!("{core}:{address}:{bytes}"),
+            Some((core, address, bytes, ty)) => json!({
+                "dataId": format!("{core}:{address}:{bytes}:{}:{name}", ty.map_or(0, |ty| ty + 1)),
                 "description": format!("{name}: {bytes} bytes at {address:#x}"),
                 "accessTypes": ["write"],
             }),
@@ -136,11 +148,10 @@ impl Adapter<'_> {
         self.clear(DATA);
         let wishes = list(arguments, "breakpoints");
         let set = wishes.iter().map(|wish| {
-            let parts = wish["dataId"].as_str().unwrap_or_default().split(':');
-            let parts: Vec<u32> = parts.filter_map(|part| part.parse().ok()).collect();
-            let made = match parts[..] {
-                [core, address, bytes] if core < self.session.cores() => {
-                    let id = self.session.watch(core, address, bytes);
+            let text = wish["dataId"].as_str().unwrap_or_default();
+            let made = match data_id(text) {
+                Some((core, at, name)) if core < self.session.cores() => {
+                    let id = self.session.watch(core, &at, name);
                     Ok((id, json!({"id": id, "verified": true})))
                 }
                 _ => Err("this is no dataId of this session".to_owned()),

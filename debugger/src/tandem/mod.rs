@@ -121,7 +121,7 @@ impl Tandem {
         let spec = Arc::new(link(program)?);
         let about = About {
             names: Names::of(&spec, program.arch()),
-            code: Code::of(&spec, &Variables::default()),
+            code: Code::of(program, &spec, &Variables::default()),
             symbols: program.symbols.clone(),
         };
         Ok(Tandem {
