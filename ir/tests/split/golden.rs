@@ -100,3 +100,8 @@ fn countdown() {
 fn refused() {
     check("refused");
 }
+
+#[test]
+fn calls() {
+    check("calls");
+}
