@@ -4,6 +4,7 @@
 use srp_archdesc::arch::{Approx, Refine};
 use srp_archdesc::certify::{Function, certify};
 use srp_archdesc::isa::Opcode;
+use srp_archdesc::ops::semantics::approximation::Curve;
 use srp_archdesc::structure::{Special, Structure};
 
 fn special(function: Function) -> Special {
@@ -128,5 +129,35 @@ fn steps_improve_any_seed() {
             assert!(found.correct_bits >= found.promised_bits, "{found:?}");
             assert!(found.correct_bits > 21.0, "{found:?}");
         }
+    }
+}
+
+/// Segments of polynomials follow from derivatives over factorials: here of closed forms, and by value.
+#[test]
+fn segments_follow_from_derivatives() {
+    use std::f64::consts::{FRAC_PI_2, LN_2, LOG2_E};
+    let near = |curve: Curve, n: u32, expected: f64| {
+        let found = curve.taylor(n);
+        assert!(
+            (found / expected - 1.0).abs() < 1e-12,
+            "{n}: {found} {expected}"
+        );
+    };
+    let factorials = [1.0, 2.0, 6.0, 24.0];
+    for (n, factorial) in (1..).zip(factorials) {
+        near(Curve::Reciprocal, n, 1.0);
+        near(Curve::Power, n, LN_2.powi(n as i32) / factorial);
+        near(Curve::QuarterSine, n, FRAC_PI_2.powi(n as i32) / factorial);
+        near(Curve::Logarithm, n, LOG2_E / f64::from(n));
+    }
+    // Binomials of −1/2.
+    for (n, binomial) in [
+        (1, 1.0 / 2.0),
+        (2, 3.0 / 8.0),
+        (3, 5.0 / 16.0),
+        (4, 35.0 / 128.0),
+    ] {
+        near(Curve::InverseRoot, n, binomial);
+        near(Curve::InverseRootOfTwice, n, binomial);
     }
 }
