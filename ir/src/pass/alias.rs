@@ -130,15 +130,20 @@ impl Objects {
 
     /// The object that an address points into, if there is one that it surely does.
     pub fn object(&self, address: Value) -> Option<Object> {
-        match self.points[address] {
+        match self.points_of(address) {
             Points::Into(Target::Object(object)) => Some(object),
             _ => None,
         }
     }
 
+    /// Of a value that was made since nothing is known.
+    fn points_of(&self, value: Value) -> Points {
+        self.points.get(value).copied().unwrap_or(Points::Unknown)
+    }
+
     /// True if two addresses certainly point into different objects.
     fn are_apart(&self, one: Value, other: Value) -> bool {
-        match (self.points[one], self.points[other]) {
+        match (self.points_of(one), self.points_of(other)) {
             (Points::Into(one), Points::Into(other)) => one != other,
             _ => false,
         }
@@ -146,7 +151,7 @@ impl Objects {
 
     /// True if a value is certainly no address.
     pub fn is_number(&self, value: Value) -> bool {
-        matches!(self.points[value], Points::Number | Points::Open)
+        matches!(self.points_of(value), Points::Number | Points::Open)
     }
 }
 
