@@ -9,6 +9,7 @@ use super::cycle::{Cycles, latency};
 use super::fast_math::uses;
 use crate::program::*;
 use rustc_hash::{FxHashMap, FxHashSet};
+use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Ty};
 
 mod selected;
@@ -68,8 +69,7 @@ fn distribute(func: &mut Function, block: Block) -> bool {
     if cycles.is_empty() {
         return false;
     }
-    let uses = uses(func);
-    let made_by = made_by(func, block);
+    let trees = Trees::of(func, block);
     let mut changed = false;
     for inst in func.blocks[block].insts.clone() {
         let InstKind::Op {
@@ -89,18 +89,15 @@ fn distribute(func: &mut Function, block: Block) -> bool {
         }
         // The operation on the one way, and what it adds to the value of the other.
         let added = |sum: Value, kept: Value| {
-            let made = *made_by.get(&sum).filter(|_| uses[sum] == 1)?;
-            let InstKind::Op { op, args, .. } = &func.insts[made].kind else {
-                return None;
-            };
+            let (_, op, args) = trees.inner(func, sum)?;
             let has_zero = matches!(op, Opcode::Add | Opcode::Sub | Opcode::Or | Opcode::Xor);
             let other = match args[..] {
                 [a, other] if a == kept => other,
-                [other, a] if a == kept && *op != Opcode::Sub => other,
+                [other, a] if a == kept && op != Opcode::Sub => other,
                 _ => return None,
             };
             (has_zero && cycles.has(kept, result) && !cycles.has(other, result))
-                .then_some((*op, other))
+                .then_some((op, other))
         };
         let (op, kept, ways) = match (added(yes, no), added(no, yes)) {
             (Some((op, other)), _) => (op, no, [Some(other), None]),
@@ -138,11 +135,30 @@ fn associative(func: &Function, inst: Inst, of: &[Opcode]) -> Option<(Opcode, [V
     }
 }
 
-/// The instruction of a block that makes each value.
-fn made_by(func: &Function, block: Block) -> FxHashMap<Value, Inst> {
-    (func.blocks[block].insts.iter())
-        .flat_map(|&inst| func.insts[inst].results.iter().map(move |&v| (v, inst)))
-        .collect()
+/// The trees of operations of a block.
+struct Trees {
+    uses: EntityMap<Value, u32>,
+    /// The instruction of the block that makes each value.
+    made_by: FxHashMap<Value, Inst>,
+}
+
+impl Trees {
+    fn of(func: &Function, block: Block) -> Trees {
+        let made = |&inst: &Inst| func.insts[inst].results.iter().map(move |&v| (v, inst));
+        Trees {
+            uses: uses(func),
+            made_by: func.blocks[block].insts.iter().flat_map(made).collect(),
+        }
+    }
+
+    /// The operation that makes a value in this block, if nothing else uses the value.
+    fn inner<'f>(&self, func: &'f Function, value: Value) -> Option<(Inst, Opcode, &'f [Value])> {
+        let inst = *self.made_by.get(&value).filter(|_| self.uses[value] == 1)?;
+        match &func.insts[inst].kind {
+            InstKind::Op { op, args, .. } => Some((inst, *op, args)),
+            _ => None,
+        }
+    }
 }
 
 /// Takes the trees of some operations in another order, and says where. Trees of integers stay where no recurrence gets
@@ -153,11 +169,10 @@ fn trees(func: &mut Function, block: Block, of: &[Opcode]) -> Vec<Pos> {
     if is_exact && cycles.is_empty() {
         return Vec::new();
     }
-    let uses = uses(func);
-    let made_by = made_by(func, block);
+    let trees = Trees::of(func, block);
     let inner = |func: &Function, value: Value, op: Opcode| {
-        let inst = *made_by.get(&value).filter(|_| uses[value] == 1)?;
-        (associative(func, inst, of)?.0 == op).then_some(inst)
+        let made = trees.inner(func, value).filter(|made| made.1 == op);
+        made.map(|(inst, ..)| inst)
     };
     // Inner instructions belong to the tree of the one that uses them.
     let mut within = FxHashSet::default();

@@ -1,6 +1,7 @@
 //! Selections of nothing on recurrences.
 
-use super::{Cycles, made_by, uses};
+use super::{Cycles, Trees};
+use crate::pass::nearby::Facts;
 use crate::program::*;
 use srp_archdesc::isa::Opcode;
 
@@ -11,8 +12,7 @@ pub(super) fn take_in(func: &mut Function, block: Block) -> bool {
     if cycles.is_empty() {
         return false;
     }
-    let uses = uses(func);
-    let made_by = made_by(func, block);
+    let (trees, facts) = (Trees::of(func, block), Facts::of(func));
     let mut changed = false;
     for inst in func.blocks[block].insts.clone() {
         let InstKind::Op { op, args, .. } = &func.insts[inst].kind else {
@@ -22,16 +22,11 @@ pub(super) fn take_in(func: &mut Function, block: Block) -> bool {
         if !matches!(op, Opcode::Add | Opcode::Sub | Opcode::Or | Opcode::Xor) {
             continue;
         }
-        let chosen = |value: Value| {
-            let made = *made_by.get(&value).filter(|_| uses[value] == 1)?;
-            let InstKind::Op { op, args, .. } = &func.insts[made].kind else {
-                return None;
-            };
-            let is_zero = |v: &Value| is_zero(func, *v);
-            match (op, &args[..]) {
-                (Opcode::Sel, &[p, x, ref zero]) if is_zero(zero) => Some((p, x)),
-                _ => None,
+        let chosen = |value: Value| match trees.inner(func, value)? {
+            (_, Opcode::Sel, &[p, x, zero]) if facts.constants.get(&zero) == Some(&0) => {
+                Some((p, x))
             }
+            _ => None,
         };
         let (y, (p, x)) = match (chosen(args[0]), chosen(args[1])) {
             (_, Some(found)) => (args[0], found),
@@ -62,11 +57,4 @@ pub(super) fn take_in(func: &mut Function, block: Block) -> bool {
         changed = true;
     }
     changed
-}
-
-/// True of the constant 0.
-fn is_zero(func: &Function, value: Value) -> bool {
-    let insts = func.layout.iter().flat_map(|&b| &func.blocks[b].insts);
-    let mut made = insts.filter(|&&i| func.insts[i].results.contains(&value));
-    made.any(|&i| func.insts[i].kind == InstKind::Const(Bits::Word(0)))
 }

@@ -3,12 +3,11 @@
 //! `h·33 + x` becomes `(h << 5) + (h + x)`, whose way from h is one shift and one sum, and `h + (h << 1) + (h << 4) + (h << 7)`
 //! becomes one product. Words wrap, so all of this is exact.
 
-use super::{Cycles, least_wait, made_by, ranks, uses};
+use super::{Cycles, Trees, least_wait, ranks};
 use crate::pass::cycle::latency;
 use crate::pass::nearby::Facts;
 use crate::program::*;
 use rustc_hash::{FxHashMap, FxHashSet};
-use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Ty};
 
 /// Terms of a sum that is looked at.
@@ -47,8 +46,7 @@ pub(super) fn shorten(func: &mut Function, block: Block, has_products: bool) -> 
         return false;
     }
     let mut sums = Sums {
-        uses: uses(func),
-        made_by: made_by(func, block),
+        trees: Trees::of(func, block),
         facts: Facts::of(func),
     };
     let roots = sums.roots(func, block);
@@ -132,21 +130,11 @@ fn two_powers(factor: u32) -> Option<[(u32, bool); 2]> {
 }
 
 struct Sums {
-    uses: EntityMap<Value, u32>,
-    made_by: FxHashMap<Value, Inst>,
+    trees: Trees,
     facts: Facts,
 }
 
 impl Sums {
-    /// The operation that makes a value in this block, if nothing else uses the value.
-    fn inner<'f>(&self, func: &'f Function, value: Value) -> Option<(Inst, Opcode, &'f [Value])> {
-        let inst = *self.made_by.get(&value).filter(|_| self.uses[value] == 1)?;
-        match &func.insts[inst].kind {
-            InstKind::Op { op, args, .. } => Some((inst, *op, args)),
-            _ => None,
-        }
-    }
-
     /// The sums of a block that are no terms of others.
     fn roots(&self, func: &Function, block: Block) -> Vec<Inst> {
         let is_sum = |op: Opcode| matches!(op, Opcode::Add | Opcode::Sub);
@@ -159,7 +147,7 @@ impl Sums {
                 if !within.contains(&inst) {
                     roots.push(inst);
                 }
-                let inner = args.iter().filter_map(|&v| self.inner(func, v));
+                let inner = args.iter().filter_map(|&v| self.trees.inner(func, v));
                 within.extend(inner.filter(|&(_, op, _)| is_sum(op)).map(|(i, ..)| i));
             }
         }
@@ -179,8 +167,15 @@ impl Sums {
         let mut open = vec![(result, false)];
         while let Some((value, is_negative)) = open.pop() {
             let made = match value == result {
-                true => self.made_by.get(&value).map(|&inst| &func.insts[inst].kind),
-                false => self.inner(func, value).map(|(i, ..)| &func.insts[i].kind),
+                true => self
+                    .trees
+                    .made_by
+                    .get(&value)
+                    .map(|&inst| &func.insts[inst].kind),
+                false => self
+                    .trees
+                    .inner(func, value)
+                    .map(|(i, ..)| &func.insts[i].kind),
             };
             let made = match made {
                 Some(InstKind::Op { op, args, .. }) => Some((*op, &args[..])),
