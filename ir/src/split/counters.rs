@@ -33,8 +33,12 @@ pub struct Start {
 }
 
 /// The counters of a loop, as far as its live-ins tell where they start.
-pub(super) fn counters(lp: &Loop<'_>, body: &Body<'_>, program: &Program) -> Vec<Counter> {
-    let inductions = Inductions::of(lp, false);
+pub(super) fn counters(
+    lp: &Loop<'_>,
+    inductions: &Inductions<'_>,
+    body: &Body<'_>,
+    program: &Program,
+) -> Vec<Counter> {
     let counter = |i: usize| {
         let next = lp.next[i];
         let (op, _) = lp.op(next)?;

@@ -184,12 +184,13 @@ fn take_loop(
         });
     }
     let mut words = Words::new(&lp, mark.pos);
-    let trip = trip::trip_count(&lp, &Inductions::of(&lp, false), &mut words)?;
+    let inductions = Inductions::of(&lp, false);
+    let trip = trip::trip_count(&lp, &inductions, &mut words)?;
     let known_trip = match trip {
         Word::Const(trip) if trip > 0 => Some(trip),
         _ => None,
     };
-    let counters = counters::counters(&lp, &body, program);
+    let counters = counters::counters(&lp, &inductions, &body, program);
     let trip = words.value(trip);
     let trip = body.trip_live_in(trip);
     let mut order = memory::order(&lp, &body, known_trip, mark);
