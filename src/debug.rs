@@ -9,7 +9,7 @@ use srp_debugger::terminal::{Answer, Terminal};
 use srp_debugger::{Session, Variables};
 use srp_runtime::system;
 use srp_toolchain::files::FileError;
-use srp_toolchain::{Compiled, Frame, FrameOptions, Input, input, system_options, with_texts};
+use srp_toolchain::{Compiled, Frame, FrameOptions, Input, described, input, system_options};
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, IsTerminal};
 use std::path::Path;
@@ -55,15 +55,15 @@ pub(crate) fn prepare(
     let mut front = None;
     if let Input::C(files) = &read()? {
         // Mistakes are told when it is compiled.
-        front = with_texts(files, &arch, &options).ok();
+        front = described(files, &arch, &options).ok();
     }
     let source = &of.compilation.source;
     let compiled = compile::compile_and_say(read()?, &arch, &options, source, session)?;
     interrupt::end_if_requested()?;
     let (mut variables, mut sources) = (Variables::default(), BTreeMap::new());
-    if let Some(front) = front {
+    if let Some((front, described)) = front {
         let counters = compiled.counters.clone();
-        variables = Variables::with(&front.program, front.described, counters);
+        variables = Variables::with(&front.program, described, counters);
         sources = front.texts;
     }
     Ok(Prepared {

@@ -1,4 +1,4 @@
-//! What a debugger has to know of a checked program: [`Described`].
+//! The types, variables and scopes of a checked program for a debugger: [`Described`].
 
 use crate::ctype::{self, Int, TypeId, TypeTable};
 use crate::interface::compilation;
@@ -30,10 +30,7 @@ pub fn compile_described(
         map,
         messages,
         checked,
-    } = compilation(sources, options);
-    let Some(checked) = checked else {
-        return Err(messages.into_list());
-    };
+    } = compilation(sources, options)?;
     let (program, places) = lower_with_places(&checked, options);
     let described = describe(&checked, &map, &places);
     Ok((program, messages.into_list(), described))

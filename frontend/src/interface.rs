@@ -95,14 +95,7 @@ pub struct StatedRange {
 ///
 /// All that is wrong with the sources.
 pub fn interface(sources: &[Source], options: &Options<'_>) -> Result<Interface, Vec<Diagnostic>> {
-    let Compilation {
-        map,
-        messages,
-        checked,
-    } = compilation(sources, options);
-    let Some(checked) = checked else {
-        return Err(messages.into_list());
-    };
+    let Compilation { map, checked, .. } = compilation(sources, options)?;
     let name = |pos: Pos| map.name(pos.file).to_owned();
     let functions = checked.functions.values().filter(|f| !f.optional);
     let functions = functions.filter_map(|function| {
@@ -174,8 +167,11 @@ fn shape(types: &TypeTable, id: TypeId) -> Shape {
     }
 }
 
-/// Parses and checks sources, and what they use of the library.
-pub(crate) fn compilation(sources: &[Source], options: &Options<'_>) -> Compilation {
+/// Parses and checks sources, and what they use of the library; or says all that is wrong with them.
+pub(crate) fn compilation(
+    sources: &[Source],
+    options: &Options<'_>,
+) -> Result<Compilation, Vec<Diagnostic>> {
     let mut map = SourceMap::new();
     let mut messages = Messages::new();
     let units: Vec<_> = sources
@@ -193,10 +189,12 @@ pub(crate) fn compilation(sources: &[Source], options: &Options<'_>) -> Compilat
         owned: &archive.owned,
         map: &map,
     };
-    let checked = check(&program, options, &mut messages);
-    Compilation {
-        map,
-        messages,
-        checked,
+    match check(&program, options, &mut messages) {
+        Some(checked) => Ok(Compilation {
+            map,
+            messages,
+            checked,
+        }),
+        None => Err(messages.into_list()),
     }
 }

@@ -59,7 +59,7 @@ use srp_ir::Program;
 pub(crate) struct Compilation {
     map: SourceMap,
     messages: Messages,
-    checked: Option<typed::Checked>,
+    checked: typed::Checked,
 }
 
 /// Compiles sources to one program, with warnings; or says all that is wrong with them.
@@ -69,9 +69,6 @@ pub fn compile(
 ) -> Result<(Program, Vec<Diagnostic>), Vec<Diagnostic>> {
     let Compilation {
         messages, checked, ..
-    } = interface::compilation(sources, options);
-    match checked {
-        Some(checked) => Ok((lower(&checked, options), messages.into_list())),
-        None => Err(messages.into_list()),
-    }
+    } = interface::compilation(sources, options)?;
+    Ok((lower(&checked, options), messages.into_list()))
 }

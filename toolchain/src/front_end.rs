@@ -226,8 +226,6 @@ pub struct WithTexts {
     /// The text of each of its files, by the file's name: of the sources, of what they include, and of the library's.
     /// Included files that are not C by their names have none.
     pub texts: BTreeMap<String, String>,
-    /// Its types and variables.
-    pub described: Described,
 }
 
 /// [`front_end`], with the texts of all files that were read.
@@ -237,12 +235,40 @@ pub struct WithTexts {
 /// All that is wrong with the sources.
 pub fn with_texts(sources: &[Source], arch: &Arch, options: &Options) -> Result<WithTexts, Error> {
     let texts = Texts::new(sources, options);
+    let compiled = with(&texts, arch, options, |o| srp_frontend::compile(sources, o));
+    told(compiled, &texts, arch, options)
+}
+
+/// [`with_texts`], with the types and variables that a debugger shows.
+///
+/// # Errors
+///
+/// All that is wrong with the sources.
+pub fn described(
+    sources: &[Source],
+    arch: &Arch,
+    options: &Options,
+) -> Result<(WithTexts, Described), Error> {
+    let texts = Texts::new(sources, options);
+    let mut described = Described::default();
     let compiled = with(&texts, arch, options, |o| {
-        srp_frontend::compile_described(sources, o)
+        let (program, warnings, found) = srp_frontend::compile_described(sources, o)?;
+        described = found;
+        Ok((program, warnings))
     });
-    let (program, mut diagnostics, described) = match compiled {
-        Ok((program, warnings, described)) => (Some(program), warnings, described),
-        Err(errors) => (None, errors, Described::default()),
+    Ok((told(compiled, &texts, arch, options)?, described))
+}
+
+/// A program, with the messages that are asked for.
+fn told(
+    compiled: Result<(Program, Vec<Diagnostic>), Vec<Diagnostic>>,
+    texts: &Texts<'_>,
+    arch: &Arch,
+    options: &Options,
+) -> Result<WithTexts, Error> {
+    let (program, mut diagnostics) = match compiled {
+        Ok((program, warnings)) => (Some(program), warnings),
+        Err(errors) => (None, errors),
     };
     let of_files = program.as_ref().map(|program| texts.of(program));
     if let (Some(program), Some(texts), Some(max_ulp)) = (&program, &of_files, options.max_ulp) {
@@ -255,7 +281,6 @@ pub fn with_texts(sources: &[Source], arch: &Arch, options: &Options) -> Result<
             program,
             messages,
             texts,
-            described,
         }),
         _ => Err(Error::Messages(messages)),
     }

@@ -46,7 +46,8 @@ pub use frame::{
     system_options,
 };
 pub use front_end::{
-    WithTexts, front_end, interface, optimise, program, run_passes, syntax_tree, with_texts,
+    WithTexts, described, front_end, interface, optimise, program, run_passes, syntax_tree,
+    with_texts,
 };
 pub use input::Input;
 pub use loops::schedule_loop;
