@@ -9,16 +9,16 @@
 
 use super::anneal::{self, Anneal};
 use super::lattice::{self, Array, Search};
+use super::level::Level;
 use super::negotiate::{Lanes, Negotiation};
 use super::obstacle::{FailedIi, Obstacle, Unschedulable};
 use super::order::{Freedom, order};
-use super::place::{Attempt, Conflict, LIGHTEST, Placement};
+use super::place::{Attempt, Placement};
 use super::problem::Problem;
 use super::route::Router;
 use super::{FIRST, MANY, MAX_STAGES, worth};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::watch::{Event, Watch};
-use srp_ir::dfg::Node;
 use srp_ir::dre::scheduled::Reg;
 use std::collections::BTreeMap;
 
@@ -105,21 +105,6 @@ pub(super) struct Heuristic<'a, 'p> {
     /// The II of the schedule in sequence that the watch has left.
     sequenced: Option<u32>,
     levels: BTreeMap<u32, Level>,
-}
-
-/// The state of the search at one II.
-struct Level {
-    freedom: Freedom,
-    /// Attempts so far, by way.
-    attempts: [u32; 4],
-    times_forced: EntityMap<Node, u32>,
-    /// Negotiations that were given up.
-    hopeless: u32,
-    /// Weights of the edges.
-    weights: Vec<u32>,
-    /// The most frequent conflict of the first attempt that failed; `Some(None)` where that was
-    /// nothing in particular.
-    failed: Option<Option<Conflict>>,
 }
 
 impl<'a, 'p> Heuristic<'a, 'p> {
@@ -605,17 +590,4 @@ pub(super) fn array(problem: &Problem<'_>) -> Option<Array> {
     let size = nodes as u64 * problem.srp.fus.len() as u64;
     let suits = nodes >= LEAST_ON_LATTICE && size <= MOST_ON_LATTICE;
     suits.then(|| Array::of(problem)).flatten()
-}
-
-impl Level {
-    fn new(problem: &Problem<'_>, ii: u32) -> Level {
-        Level {
-            freedom: Freedom::at(problem, ii),
-            attempts: [0; 4],
-            times_forced: EntityMap::filled(problem.dfg.nodes.len(), 0),
-            hopeless: 0,
-            weights: vec![LIGHTEST; problem.edges.len()],
-            failed: None,
-        }
-    }
 }

@@ -15,6 +15,7 @@ mod exact;
 mod finish;
 mod heuristic;
 mod lattice;
+mod level;
 mod negotiate;
 mod noise;
 mod obstacle;

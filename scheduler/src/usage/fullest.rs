@@ -58,27 +58,15 @@ impl Usage {
         let mut shares = self.shares(srp, ii);
         shares.retain(|share| share.used > 0 && share.of > 0);
         shares.sort_by_key(|share| share.part);
-        let is_more = |a: &Share, b: &Share| {
-            let (a_of_b, b_of_a) = (
-                u64::from(a.used) * u64::from(b.of),
-                u64::from(b.used) * u64::from(a.of),
-            );
-            a_of_b > b_of_a
-        };
-        let first = shares.iter().copied();
-        let Some(fullest) = first.reduce(|best, share| match is_more(&share, &best) {
-            true => share,
-            false => best,
-        }) else {
-            return Vec::new();
-        };
-        match fullest.used < fullest.of {
-            true => vec![fullest],
-            false => {
-                shares.retain(|share| share.used >= share.of);
-                shares
-            }
+        let product = |a: u32, b: u32| u64::from(a) * u64::from(b);
+        let by_part = |a: &&Share, b: &&Share| product(a.used, b.of).cmp(&product(b.used, a.of));
+        // Of equals the last is the largest.
+        let fullest = shares.iter().rev().max_by(by_part).copied();
+        if fullest.is_some_and(|fullest| fullest.used < fullest.of) {
+            return fullest.into_iter().collect();
         }
+        shares.retain(|share| share.used >= share.of);
+        shares
     }
 
     fn shares(&self, srp: &Srp, ii: u32) -> Vec<Share> {
