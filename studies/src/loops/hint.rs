@@ -1,6 +1,7 @@
 //! Hints: advice for a lower II, from the facts of a loop.
 
-use super::model::{LoopReport, Ordered, Position, Status, WhatIf};
+use super::changes::WhatIf;
+use super::model::{LoopReport, Ordered, Position, Status};
 use super::resource::resource_name;
 use crate::{proofs, settings};
 use srp_archdesc::arch::Srp;

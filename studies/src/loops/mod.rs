@@ -4,6 +4,7 @@
 //! [`report()`] makes the [`Report`] of a [`Subject`]; [`diff()`] compares two reports. A [`Report`] is data:
 //! it can be read back from the text that `serde` writes of it.
 
+mod changes;
 mod diff;
 mod hint;
 mod measure;
@@ -12,12 +13,12 @@ mod resource;
 mod trial;
 mod wires;
 
+pub use changes::{Advice, Change, Lowered, WhatIf};
 pub use diff::{Difference, Differences, Figure, diff};
 pub use model::{
-    Advice, ArrayShape, Carried, Cell, Change, Edge, FileKind, FileLoad, FunctionReport, Graph,
-    LinkLoad, LoopReport, Lowered, NotPipelined, Obstacle, Operation, Ordered, PortLoad, Position,
-    Report, Resource, SharedLoad, StageTime, Status, Step, Taken, UnitLoad, WhatIf, WireLoad, part,
-    percent,
+    ArrayShape, Carried, Cell, Edge, FileKind, FileLoad, FunctionReport, Graph, LinkLoad,
+    LoopReport, NotPipelined, Obstacle, Operation, Ordered, PortLoad, Position, Report, Resource,
+    SharedLoad, StageTime, Status, Step, Taken, UnitLoad, WireLoad, part, percent,
 };
 
 use crate::Error;

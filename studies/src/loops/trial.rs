@@ -1,6 +1,7 @@
 //! Changes that lower a loop's II, found by really scheduling it again.
 
-use super::model::{Advice, Change, LoopReport, Lowered, Ordered, Report, WhatIf};
+use super::changes::{Advice, Change, Lowered, WhatIf};
+use super::model::{LoopReport, Ordered, Report};
 use super::{Subject, hint};
 use crate::larger::{self, Larger};
 use crate::settings;
