@@ -15,7 +15,7 @@ pub(crate) enum Operand {
     Element(Box<Operand>, Box<Operand>),
     /// A member of a struct or union.
     Member(Box<Operand>, String),
-    /// What a pointer points to; the word at an address.
+    /// The target of a pointer; the word at an address.
     At(Box<Operand>),
     /// The address of something.
     Of(Box<Operand>),

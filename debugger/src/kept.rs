@@ -23,7 +23,7 @@ pub(crate) struct Kept {
     pub(crate) ty: Ty,
     /// Its value before iteration 0.
     pub(crate) first: First,
-    /// What every iteration adds, where that is a constant.
+    /// The constant that every iteration adds, if it is one.
     pub(crate) stride: Option<u32>,
     /// Passes of the source's loop in an iteration.
     pub(crate) passes: u32,
@@ -73,9 +73,9 @@ impl First {
 /// The variables of a kernel.
 #[derive(Debug, Default)]
 pub(crate) struct KeptOf {
-    /// What goes from iteration to iteration.
+    /// Variables whose values go from iteration to iteration.
     pub(crate) kept: BTreeMap<Name, Kept>,
-    /// What an iteration makes for itself, with the step.
+    /// Variables that an iteration makes for itself, with the step.
     pub(crate) own: BTreeMap<Name, StepOf>,
     /// Variables of which there is no true value, with the reason.
     pub(crate) refused: BTreeMap<Name, String>,
@@ -258,7 +258,7 @@ impl Finder<'_> {
         }
     }
 
-    /// What the source says of the one operation that sets a variable in this loop.
+    /// The source's account of the one operation that sets a variable in this loop.
     fn by(&self, name: Name, place: &str) -> Result<&By, Why> {
         let by = self.variables.pieces[name as usize].set.by.get(place);
         let at = self.variables.place(self.dfg.pos);
@@ -360,7 +360,7 @@ impl Finder<'_> {
         found
     }
 
-    /// What the division has found to grow by constants.
+    /// Takes in the counters that the division has found.
     fn counters(&self, found: &mut KeptOf) {
         let counters = self.variables.counters.get(&self.dfg.name);
         let mut of_name: BTreeMap<Name, Vec<Option<Kept>>> = BTreeMap::new();

@@ -165,7 +165,7 @@ fn write_remarks(out: &mut String, row: &Row, single: bool) -> std::fmt::Result 
     Ok(())
 }
 
-/// What the machine has no more of at the II, or least.
+/// The parts of the machine that the II takes all or most of.
 fn fullest(m: &Mapping) -> Option<String> {
     let parts: Vec<String> = (m.fullest.iter().take(PARTS))
         .map(|full| format!("{} ({} of {})", full.part, full.used, full.of))

@@ -341,7 +341,7 @@ fn checked(result: LoopResult, graph: &Graph, arch: &Arch) -> Result<modulo::Sch
     }
 }
 
-/// What a schedule takes most of.
+/// The parts that a schedule takes most of.
 fn fullest(schedule: &ModuloSchedule, srp: &Srp) -> Vec<Fullest> {
     let shares = usage(schedule, srp).fullest(srp, schedule.ii);
     let fullest = |share: Share| Fullest {

@@ -1,4 +1,4 @@
-//! What leads accesses of units to the banks of a memory, and words back.
+//! The multiplexers that lead accesses of units to the banks of a memory, and words back.
 //!
 //! As many accesses begin in a cycle as the units' shared resources let: its *ports*. Units choose a port, and ports a
 //! bank; or units choose banks at once, where that takes less.
