@@ -13,7 +13,7 @@ use srp_ir::described::{Described, Field, Kind, TypeRef};
 /// Most bytes of an object that are looked at.
 const MOST_BYTES: u32 = 1 << 22;
 
-/// What an operand names.
+/// The thing that an operand names.
 #[derive(Clone, Debug)]
 enum Named {
     /// A number, or a register, without a C type.
@@ -115,14 +115,10 @@ impl Session<'_> {
             // One that is declared further in hides it.
             if !seen.iter().any(|known| known.name == *name) {
                 let typed = self.variable(&at, variable);
-                let value = self.write_typed(&typed, name);
+                let value = self.value_of(&typed);
                 let parts = value.as_ref().map_or(Vec::new(), |_| self.lanes(&typed));
-                // Its name stands beside it.
-                let nameless = |why: String| match why.strip_prefix(&format!("`{name}` has ")) {
-                    Some(rest) => rest.to_owned(),
-                    None => why,
-                };
-                let shown = Variable::plain(name.clone(), value.unwrap_or_else(nameless));
+                let value = value.unwrap_or_else(|why| format!("no value here{why}"));
+                let shown = Variable::plain(name.clone(), value);
                 seen.push(Variable { parts, ..shown });
             }
         }
@@ -169,13 +165,16 @@ impl Session<'_> {
     }
 
     fn write_typed(&self, typed: &Typed, text: &str) -> Result<String, String> {
+        let value = self.value_of(typed);
+        value.map_err(|why| format!("{}{why}", no_value(text)))
+    }
+
+    /// A value with its note; the error is the end of a sentence that says that there is none.
+    fn value_of(&self, typed: &Typed) -> Result<String, String> {
         let data = &self.described().types[typed.ty];
         if data.size > 0 && typed.bytes.are_all_unknown() {
-            let why = typed
-                .why
-                .as_ref()
-                .map_or(String::new(), |why| format!(": {why}"));
-            return Err(format!("{}{why}", no_value(text)));
+            let why = typed.why.as_ref();
+            return Err(why.map_or(String::new(), |why| format!(": {why}")));
         }
         let value = match typed.bits {
             Some(bits) => {

@@ -1,4 +1,4 @@
-//! What is stored in the slots of a function before its passes, and when.
+//! The stores to the slots of a function before its passes, and their order.
 
 use srp_archdesc::isa::Effect;
 use srp_ir::flow::{Cfg, Dominators, Loops};
@@ -21,7 +21,7 @@ pub(crate) struct Store {
     number: usize,
 }
 
-/// What is stored in the slots of a function.
+/// The stores to the slots of a function.
 pub(crate) struct Stored<'a> {
     function: &'a Function,
     /// The slots that get a value, itself or as a copy.

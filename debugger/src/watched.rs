@@ -21,13 +21,13 @@ pub(crate) struct Made {
     pub(crate) value: V4,
     pub(crate) ty: Ty,
     pub(crate) at: Position,
-    /// What the variable was before.
+    /// The value that the variable had before.
     pub(crate) before: Option<V4>,
     /// The pass through a block in which it was made.
     pub(crate) stretch: u64,
 }
 
-/// What is noted of an open call.
+/// Notes of an open call.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Call {
     pub(crate) variables: BTreeMap<Name, Made>,
@@ -48,7 +48,7 @@ pub(crate) struct Marks {
     pub(crate) last_lines: Option<u32>,
     /// Cycles in which it has advanced.
     pub(crate) turns: u64,
-    /// What is noted of each open call, that of `main`'s caller first.
+    /// Notes of each open call, that of `main`'s caller first.
     pub(crate) calls: Vec<Call>,
     /// The live-ins of the last launch.
     pub(crate) live_ins: Vec<V4>,

@@ -54,7 +54,7 @@ pub enum Kind {
     },
     /// A pointer.
     Pointer {
-        /// What it points to.
+        /// The type that it points to.
         to: TypeRef,
     },
     /// An array.

@@ -120,9 +120,9 @@ pub struct Mapping {
 pub struct Fullest {
     /// The part: a shared resource, ports or registers of a file, a unit, a link or a wire.
     pub part: String,
-    /// What is taken: of registers in the cycle with the most, else in the cycles of an II together.
+    /// Taken of it: of registers in the cycle with the most, else in the cycles of an II together.
     pub used: u32,
-    /// What there is.
+    /// All of it.
     pub of: u32,
 }
 

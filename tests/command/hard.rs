@@ -271,7 +271,7 @@ fn cases_go_to_other_programs() {
     assert_eq!(lines.collect::<Vec<_>>().join("\n"), besides);
 }
 
-/// What the answers may be besides, of cases in their own form.
+/// Answers that are allowed besides, of cases in their own form.
 fn besides(text: &str) -> String {
     let mut told = String::new();
     for line in text.lines() {

@@ -27,9 +27,9 @@ pub enum Part {
 pub struct Share {
     /// The part.
     pub part: Part,
-    /// What is taken.
+    /// Taken of it.
     pub used: u32,
-    /// What there is, at least 1.
+    /// All of it, at least 1.
     pub of: u32,
 }
 

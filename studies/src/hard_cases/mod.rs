@@ -432,7 +432,7 @@ fn narrow_call(case: &Case) -> Option<Calls> {
     Some(calls)
 }
 
-/// What is there, or is made.
+/// The value in a place, made where there is none yet.
 fn filled<T, E>(place: &mut Option<T>, make: impl FnOnce() -> Result<T, E>) -> Result<&mut T, E> {
     match place {
         Some(there) => Ok(there),

@@ -1,4 +1,4 @@
-//! What a program may compute of a memory that is known, on a machine whose units round otherwise than binary32.
+//! Intervals of what a program may compute of a memory that is known, on a machine whose units round otherwise than binary32.
 
 use super::decisions::each_way;
 use super::evaluate::Meaning;

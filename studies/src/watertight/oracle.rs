@@ -6,7 +6,7 @@ use srp_runtime::bvh::Bvh;
 use srp_runtime::scene::Triangle;
 use srp_runtime::tni::arithmetic::Ray;
 
-/// What decides whether a ray meets a mesh.
+/// The decision whether a ray meets a mesh.
 pub(super) struct Oracle<'a> {
     triangles: &'a [Triangle],
     tree: &'a Bvh,

@@ -1,4 +1,4 @@
-//! What loads would find: values that were loaded or stored before.
+//! Values that loads would find, for they were loaded or stored before.
 
 use crate::pass::alias::{Objects, Piece};
 use crate::pass::guards::Guards;

@@ -17,7 +17,7 @@ const MAX_TERMS: usize = 16;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Term {
     base: Value,
-    /// What it is multiplied by: a power of two, unless it is a product.
+    /// Its factor: a power of two, unless it is a product.
     factor: u32,
     is_negative: bool,
 }
