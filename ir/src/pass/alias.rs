@@ -5,7 +5,8 @@
 
 use super::restrict_number;
 use crate::flow::Cfg;
-use crate::program::{Function, InstData, InstKind, Slot, Symbol, Value};
+use crate::program::{Block, Function, InstData, InstKind, Slot, Symbol, Value};
+use rustc_hash::FxHashMap;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Class, Opcode, Space};
 
@@ -85,7 +86,7 @@ impl Objects {
 
     /// The objects of the addresses in the scope of some `restrict` pointers, by their numbers: the least
     /// solution of the definitions.
-    pub(super) fn in_scope(func: &Function, restrict: &[u32]) -> Objects {
+    fn in_scope(func: &Function, restrict: &[u32]) -> Objects {
         let cfg = Cfg::of(func);
         let mut points = EntityMap::filled(func.values.len(), Points::Open);
         for &param in &func.blocks[func.entry()].params {
@@ -152,6 +153,25 @@ impl Objects {
     /// True if a value is certainly no address.
     pub fn is_number(&self, value: Value) -> bool {
         matches!(self.points_of(value), Points::Number | Points::Open)
+    }
+}
+
+/// The objects of a function's addresses in each scope of `restrict` pointers, looked for where they are first asked for.
+#[derive(Default)]
+pub(super) struct Scopes {
+    scopes: FxHashMap<Vec<u32>, Objects>,
+}
+
+impl Scopes {
+    /// The objects of the addresses in a block: in the scope of the pointers of its kernel, if it is one.
+    pub(super) fn of_block(&mut self, func: &Function, block: Block) -> &Objects {
+        let mark = func.blocks[block].kernel.as_ref();
+        let numbers = mark.map_or(&[][..], |mark| &mark.restrict);
+        if !self.scopes.contains_key(numbers) {
+            let objects = Objects::in_scope(func, numbers);
+            self.scopes.insert(numbers.to_vec(), objects);
+        }
+        &self.scopes[numbers]
     }
 }
 

@@ -3,7 +3,7 @@
 //! The later store is to the same address and traps where the earlier one would have. What a kernel stores to one place
 //! under several predicates becomes one store of a selection.
 
-use super::alias::{Objects, Piece};
+use super::alias::{Objects, Piece, Scopes};
 use super::guards::Guards;
 use crate::program::*;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
@@ -23,18 +23,15 @@ pub(crate) fn dead_stores(func: &mut Function) -> bool {
     if blocks.is_empty() {
         return false;
     }
-    let objects = Objects::of(func);
+    let mut scopes = Scopes::default();
     let guards = Guards::of(func);
     let mut changed = false;
     for block in blocks {
-        let mark = func.blocks[block].kernel.as_ref();
-        let scope = mark.filter(|mark| !mark.restrict.is_empty());
-        let scoped = scope.map(|mark| Objects::in_scope(func, &mark.restrict));
         let open = Open {
             stores: Vec::new(),
-            objects: scoped.as_ref().unwrap_or(&objects),
+            objects: scopes.of_block(func, block),
             guards: &guards,
-            merges: mark.is_some(),
+            merges: func.blocks[block].kernel.is_some(),
         };
         changed |= open.scan(func, block);
     }

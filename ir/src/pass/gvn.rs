@@ -2,7 +2,7 @@
 
 mod loads;
 
-use super::alias::Objects;
+use super::alias::Scopes;
 use super::guards::Guards;
 use super::rename::Renames;
 use crate::flow::{Cfg, Dominators};
@@ -14,7 +14,7 @@ use srp_archdesc::isa::Opcode;
 /// Uses the first of equal pure instructions wherever it dominates the second, and the first of
 /// equal loads, or the value stored there, with no store to the place in between: within a block,
 /// and on from it into blocks that are entered from nowhere else. After a store under a predicate the value is a
-/// selection. A store leaves other [`Objects`] as they are; ports, calls and launches may write any memory.
+/// selection. A store leaves other [objects](super::alias::Objects) as they are; ports, calls and launches may write any memory.
 pub(crate) fn gvn(func: &mut Function) -> bool {
     let cfg = Cfg::of(func);
     let dominators = Dominators::of(&cfg);
@@ -22,7 +22,7 @@ pub(crate) fn gvn(func: &mut Function) -> bool {
         known: FxHashMap::default(),
         renames: Renames::default(),
         loads: Loads::default(),
-        objects: Objects::of(func),
+        scopes: Scopes::default(),
         guards: Guards::of(func),
     };
     // A walk over the tree; leaving a block forgets what it made known.
@@ -63,7 +63,7 @@ struct Numbering {
     known: FxHashMap<Key, Value>,
     renames: Renames,
     loads: Loads,
-    objects: Objects,
+    scopes: Scopes,
     guards: Guards,
 }
 
@@ -81,9 +81,7 @@ impl Numbering {
     /// Numbers the values of a block.
     fn visit(&mut self, func: &mut Function, block: Block) -> Visit {
         let mut made = Vec::new();
-        let restrict = func.blocks[block].kernel.as_ref().map(|m| &m.restrict);
-        let restrict = restrict.filter(|numbers| !numbers.is_empty());
-        let scoped = restrict.map(|numbers| Objects::in_scope(func, numbers));
+        let objects = self.scopes.of_block(func, block);
         let mut open = std::mem::take(&mut func.blocks[block].insts);
         open.reverse();
         while let Some(inst) = open.pop() {
@@ -92,7 +90,6 @@ impl Numbering {
             data.kind.for_each_use_mut(|v| *v = self.renames.find(*v));
             let result = data.results.first().copied();
             let Some(key) = key_of(&data.kind) else {
-                let objects = scoped.as_ref().unwrap_or(&self.objects);
                 let held = self.loads.see(&data.kind, result, objects, &self.guards);
                 if let (Some(held), Some(result)) = (held, result) {
                     let (steps, value) = held.build(func, inst);
