@@ -34,21 +34,26 @@ const WRONG_ONCE: [u64; 1] = [1_795_700_027];
 /// A special function takes more cycles than units may.
 const TOO_SLOW: &str = "A0307";
 
-/// One loop on one machine, all the way.
-fn trial(seed: u64, wires: &Wires) -> Trial {
+/// One loop on one machine, all the way. Of the machines for the loop of a seed, 0 is drawn with the loop.
+fn trial(seed: u64, machine: u64, wires: &Wires, options: &srp_scheduler::Options) -> Trial {
     let mut random = Pcg64::seed_from_u64(seed);
-    let xml = machine::random(&mut random, wires);
+    let first = machine::random(&mut random, wires);
+    let dre = body::random(&mut random);
+    let xml = match machine {
+        0 => first,
+        _ => machine::random(&mut Pcg64::seed_from_u64(seed ^ (machine << 48)), wires),
+    };
+    let seed = format!("{seed}, machine {machine}");
     let arch = match srp_archdesc::parse("random.xml", &xml) {
         Ok(arch) => arch,
         Err(errors) if errors.iter().all(|e| e.code == TOO_SLOW) => return Trial::NoMachine,
         Err(errors) => panic!("seed {seed}: {errors:#?}\n{xml}"),
     };
-    let dre = body::random(&mut random);
     for dfg in dre.kernels.values() {
         dfg.verify()
             .unwrap_or_else(|v| panic!("seed {seed}: {v:?}"));
     }
-    let scheduled = match schedule(&dre, &arch, &srp_scheduler::Options::default(), &Unwatched) {
+    let scheduled = match schedule(&dre, &arch, options, &Unwatched) {
         Ok(scheduled) => scheduled,
         Err(ScheduleError::Kernels(_)) => return Trial::NoSchedule,
         Err(error) => panic!("seed {seed}: {error}"),
@@ -60,9 +65,9 @@ fn trial(seed: u64, wires: &Wires) -> Trial {
             "seed {seed}: II {} below its bound {bound}",
             schedule.ii
         );
-        usage::agrees(schedule, &arch, seed);
+        usage::agrees(schedule, &arch, &seed);
     }
-    let meant = meaning(&dre, &arch, seed);
+    let meant = meaning(&dre, &arch, &seed);
     let spec = link(&scheduled.program).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
     let mut bus = Solo::new(&scheduled.program.image, arch.system.sram_bytes);
     bus.memory = body::system_memory();
@@ -82,7 +87,7 @@ fn trial(seed: u64, wires: &Wires) -> Trial {
 }
 
 /// The memories after the program as it is meant.
-fn meaning(dre: &Dre, arch: &Arch, seed: u64) -> FlatWorld {
+fn meaning(dre: &Dre, arch: &Arch, seed: &str) -> FlatWorld {
     let layout = Layout::of(&dre.control, arch.system.sram_bytes).expect("the globals are small");
     let mut world = FlatWorld::new(&layout, arch.system.sram_bytes);
     world.memory = body::system_memory();
@@ -96,41 +101,67 @@ fn meaning(dre: &Dre, arch: &Arch, seed: u64) -> FlatWorld {
     world
 }
 
+/// A variable of the environment, if it is a number.
+fn number(name: &str) -> Option<u64> {
+    std::env::var(name).ok().and_then(|text| text.parse().ok())
+}
+
+/// The default effort, or a part of it in thousandths.
+fn effort(thousandths: u64) -> srp_scheduler::Options {
+    let mut options = srp_scheduler::Options::default();
+    let modulo = &mut options.modulo;
+    for steps in [
+        &mut modulo.effort,
+        &mut modulo.exact_effort,
+        &mut modulo.compaction,
+    ] {
+        *steps = *steps * thousandths / 1000;
+    }
+    options
+}
+
 #[test]
 fn random_loops_mean_the_same_on_random_machines() {
-    let time = std::env::var("SRP_LOOPS_SECONDS")
-        .ok()
-        .and_then(|s| s.parse().ok())
-        .unwrap_or(2);
-    let first = std::env::var("SRP_LOOPS_SEED").ok();
-    let first = first.and_then(|s| s.parse().ok()).unwrap_or_else(|| {
+    let time = Duration::from_secs(number("SRP_LOOPS_SECONDS").unwrap_or(2));
+    let (loops, machines) = (
+        number("SRP_LOOPS"),
+        number("SRP_LOOPS_MACHINES").unwrap_or(1),
+    );
+    let options = effort(number("SRP_LOOPS_EFFORT").unwrap_or(1000));
+    let first = number("SRP_LOOPS_SEED").unwrap_or_else(|| {
         let now = SystemTime::now().duration_since(UNIX_EPOCH);
         now.map_or(0, |since| since.as_secs())
     });
     println!("SRP_LOOPS_SEED={first}");
-    let end = Instant::now() + Duration::from_secs(time);
+    let end = Instant::now() + time;
     let (mut equal, mut unscheduled, mut failed) = (0, 0, Vec::new());
-    // At least a few, however slow the host is.
     for seed in WRONG_ONCE.into_iter().chain(first..) {
-        if Instant::now() > end && equal + failed.len() >= 10 {
+        let over = match loops {
+            Some(loops) => seed == first + loops,
+            // At least a few, however slow the host is.
+            None => Instant::now() > end && equal + failed.len() >= 10,
+        };
+        if over {
             break;
         }
         // Two of three machines have switches or buses.
-        let wires = match seed % 3 {
-            0 => Wires::none(),
-            _ => Wires::random(&mut Pcg64::seed_from_u64(!seed)),
-        };
-        match catch_unwind(|| trial(seed, &wires)) {
-            Ok(Trial::Equal) => equal += 1,
-            Ok(Trial::NoSchedule) => unscheduled += 1,
-            Ok(Trial::NoMachine) => {}
-            // The panic has said what, and with which seed.
-            Err(_) => failed.push(seed),
+        for machine in 0..machines {
+            let wires = match (seed + machine) % 3 {
+                0 => Wires::none(),
+                _ => Wires::random(&mut Pcg64::seed_from_u64(!(seed ^ (machine << 48)))),
+            };
+            match catch_unwind(|| trial(seed, machine, &wires, &options)) {
+                Ok(Trial::Equal) => equal += 1,
+                Ok(Trial::NoSchedule) => unscheduled += 1,
+                Ok(Trial::NoMachine) => {}
+                // The panic has said what, and with which seed.
+                Err(_) => failed.push((seed, machine)),
+            }
         }
     }
     assert!(
         failed.is_empty(),
-        "{equal} loops equal, wrong are the seeds {failed:?}"
+        "{equal} loops equal, wrong are the seeds and machines {failed:?}"
     );
     println!("{equal} loops equal, {unscheduled} without a schedule");
     // One in eleven machines is too small; of the few in a short run it may be some more.
@@ -145,6 +176,6 @@ fn random_loops_mean_the_same_on_random_machines() {
 #[test]
 fn moves_keep_their_units_for_their_whole_interval() {
     for seed in [77_000_118, 77_000_134, 88_000_018, 88_000_151] {
-        trial(seed, &Wires::none());
+        trial(seed, 0, &Wires::none(), &srp_scheduler::Options::default());
     }
 }

@@ -16,7 +16,7 @@ struct Events {
 }
 
 /// Runs the loop for as long as it takes to repeat, and compares a round in the middle.
-pub(super) fn agrees(schedule: &ModuloSchedule, arch: &Arch, seed: u64) {
+pub(super) fn agrees(schedule: &ModuloSchedule, arch: &Arch, seed: &str) {
     let ii = i64::from(schedule.ii);
     let largest = arch.srp.files.values().map(|f| f.size).max().unwrap_or(1);
     let rounds = i64::from(schedule.stages() + 2 * largest) + 8;
@@ -79,7 +79,7 @@ pub(super) fn agrees(schedule: &ModuloSchedule, arch: &Arch, seed: u64) {
 }
 
 /// Compares what links and wires carry with what is taken from them.
-fn carriers(schedule: &ModuloSchedule, used: &Usage, seed: u64) {
+fn carriers(schedule: &ModuloSchedule, used: &Usage, seed: &str) {
     let taken = |is: fn(&Source) -> bool, over: fn(&Carrier) -> bool, hops: usize| {
         let operands = schedule.ops.values().flat_map(|op| &op.operands);
         let transfers = schedule.transfers.iter().map(|t| &t.over);
