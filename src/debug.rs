@@ -36,9 +36,9 @@ pub(crate) fn prepare(
     let arch = of.compilation.machine.read()?;
     let mut options = of.compilation.options()?;
     let mut frame = None;
-    let read = || match &of.frame {
-        Some(_) => Ok(Input::C(input::kernels_with(&of.files)?)),
-        None => input::read(&of.files, &arch),
+    let input = match &of.frame {
+        Some(_) => Input::C(input::kernels_with(&of.files)?),
+        None => input::read(&of.files, &arch)?,
     };
     if let Some(scene) = &of.frame {
         let of_frame = FrameOptions {
@@ -53,12 +53,12 @@ pub(crate) fn prepare(
         frame = Some(made);
     }
     let mut front = None;
-    if let Input::C(files) = &read()? {
+    if let Input::C(files) = &input {
         // Mistakes are told when it is compiled.
         front = described(files, &arch, &options).ok();
     }
     let source = &of.compilation.source;
-    let compiled = compile::compile_and_say(read()?, &arch, &options, source, session)?;
+    let compiled = compile::compile_and_say(input.clone(), &arch, &options, source, session)?;
     interrupt::end_if_requested()?;
     let (mut variables, mut sources) = (Variables::default(), BTreeMap::new());
     if let Some((front, described)) = front {
@@ -67,7 +67,7 @@ pub(crate) fn prepare(
         sources = front.texts;
     }
     Ok(Prepared {
-        input: read()?,
+        input,
         arch,
         compiled,
         options,

@@ -124,6 +124,19 @@ pub(crate) fn never(name: &str) -> String {
     )
 }
 
+/// A number of times; one where nothing is written.
+///
+/// # Errors
+///
+/// A sentence that says what is wrong.
+pub(crate) fn count(text: &str) -> Result<u64, String> {
+    match text.trim() {
+        "" => Ok(1),
+        text => (text.parse().ok().filter(|&n| n > 0))
+            .ok_or_else(|| format!("`{text}` is no count: write a whole number from 1 on")),
+    }
+}
+
 /// A number as C writes it.
 fn number(text: &str) -> Option<Operand> {
     let whole = |text: &str| match text.strip_prefix("0x") {

@@ -8,11 +8,11 @@
 pub mod adapter;
 mod breakpoint;
 mod code;
+mod evaluate;
 mod expression;
 mod history;
 mod kept;
 mod locals;
-mod lvalue;
 mod machine;
 pub mod session;
 pub mod show;

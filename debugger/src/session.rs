@@ -263,10 +263,10 @@ impl<'a> Session<'a> {
     }
 
     /// Makes a breakpoint stop only where a condition holds, and only when it is met for the `count`-th time.
-    pub fn only_if(&mut self, id: u64, condition: Option<Expression>, count: Option<u64>) {
+    pub fn only_if(&mut self, id: u64, condition: Option<Expression>, count: u64) {
         if let Some(breakpoint) = self.breakpoints.iter_mut().find(|b| b.id == id) {
             breakpoint.condition = condition;
-            breakpoint.count = count.unwrap_or(1);
+            breakpoint.count = count;
         }
     }
 

@@ -1,6 +1,6 @@
 //! A session by commands, one a line; the answer is text.
 
-use crate::expression::{Expression, never};
+use crate::expression::count;
 use crate::machine::End;
 use crate::session::{Reason, Session, Stopped, Until};
 use crate::show::{Frame, FrameOf, Scope, Variable};
@@ -78,7 +78,10 @@ impl<'a> Terminal<'a> {
             "s" | "step" => self.go(Until::Into, 1, poll),
             "n" | "next" => self.go(Until::Line, 1, poll),
             "o" | "out" => self.go(Until::Out, 1, poll),
-            "y" | "cycle" => self.go(Until::Cycle, rest.parse().unwrap_or(1), poll),
+            "y" | "cycle" => match count(rest) {
+                Ok(cycles) => self.go(Until::Cycle, cycles, poll),
+                Err(why) => format!("{why}\n"),
+            },
             "b" | "back" => self.back(rest, poll),
             "core" => match rest.parse() {
                 Ok(core) if core < self.session.cores() => {
@@ -116,28 +119,21 @@ impl<'a> Terminal<'a> {
     }
 
     fn add_breakpoint(&mut self, text: &str) -> String {
-        let (text, count) = match text.rsplit_once(" count ") {
-            Some((text, count)) => (text, count.trim().parse().ok()),
-            None => (text, None),
-        };
+        self.try_breakpoint(text)
+            .unwrap_or_else(|why| format!("{why}\n"))
+    }
+
+    fn try_breakpoint(&mut self, text: &str) -> Result<String, String> {
+        let (text, times) = text.rsplit_once(" count ").unwrap_or((text, ""));
+        let times = count(times)?;
         let (place, condition) = match text.split_once(" if ") {
-            Some((place, condition)) => (place, Some(condition)),
-            None => (text, None),
+            Some((place, condition)) => (place.trim(), Some(self.session.parsed(condition)?)),
+            None => (text.trim(), None),
         };
-        let condition = match condition.map(Expression::parse).transpose() {
-            Ok(condition) => condition,
-            Err(error) => return format!("{error}\n"),
-        };
-        if let Some(name) = (condition.as_ref()).and_then(|c| self.session.unknown_name(c)) {
-            return format!("{}\n", never(name));
-        }
-        match self.session.break_at(place.trim()) {
-            Ok(id) => {
-                self.session.only_if(id, condition, count);
-                format!("breakpoint {id} at {}\n", place.trim())
-            }
-            Err(error) => format!("{error}\n"),
-        }
+        let made = self.session.break_at(place);
+        let id = made.map_err(|error| error.to_string())?;
+        self.session.only_if(id, condition, times);
+        Ok(format!("breakpoint {id} at {place}\n"))
     }
 
     fn add_watch(&mut self, text: &str) -> String {

@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 const MOST: usize = 20;
 
 /// The input of a compilation, by the stage that it has reached.
+#[derive(Clone)]
 pub enum Input {
     /// C sources.
     C(Vec<Source>),

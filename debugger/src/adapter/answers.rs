@@ -2,7 +2,7 @@
 
 use super::{Adapter, Group};
 use crate::breakpoint::Memory;
-use crate::expression::{Expression, never};
+use crate::expression::{Expression, count};
 use crate::show::{FrameOf, Variable};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -56,29 +56,30 @@ impl Adapter<'_> {
 
     /// Sets what a breakpoint depends on, and says what became of it.
     fn set(&mut self, of: &str, wish: &Value, made: Result<(u64, Value), String>) -> Value {
-        let (id, body) = match made {
-            Ok(made) => made,
-            Err(why) => return json!({"verified": false, "message": why}),
-        };
-        self.breakpoints.entry(of.to_owned()).or_default().push(id);
-        let condition = wish["condition"].as_str().filter(|text| !text.is_empty());
-        let condition = match condition.map(Expression::parse).transpose() {
-            Ok(condition) => condition,
-            Err(error) => {
-                self.session.remove(id);
-                return json!({"verified": false, "message": error.to_string()});
+        let set = made.and_then(|(id, body)| match self.dependence(wish) {
+            Ok((condition, count)) => {
+                self.session.only_if(id, condition, count);
+                self.breakpoints.entry(of.to_owned()).or_default().push(id);
+                Ok(body)
             }
-        };
-        if let Some(name) = (condition.as_ref()).and_then(|c| self.session.unknown_name(c)) {
-            let message = never(name);
-            self.session.remove(id);
-            return json!({"verified": false, "message": message});
-        }
-        let count = wish["hitCondition"]
-            .as_str()
-            .and_then(|n| n.trim().parse().ok());
-        self.session.only_if(id, condition, count);
-        body
+            Err(why) => {
+                self.session.remove(id);
+                Err(why)
+            }
+        });
+        set.unwrap_or_else(|why| json!({"verified": false, "message": why}))
+    }
+
+    /// The condition of a breakpoint, and the time that it is met at which it stops.
+    fn dependence(&self, wish: &Value) -> Result<(Option<Expression>, u64), String> {
+        let condition = wish["condition"].as_str().filter(|text| !text.is_empty());
+        let condition = condition
+            .map(|text| self.session.parsed(text))
+            .transpose()?;
+        Ok((
+            condition,
+            count(wish["hitCondition"].as_str().unwrap_or(""))?,
+        ))
     }
 
     pub(super) fn set_breakpoints(&mut self, arguments: &Value) -> Value {
@@ -276,8 +277,10 @@ impl Adapter<'_> {
                 "`{text}` is no place in memory: write CORE:ADDRESS"
             ));
         };
-        let address = i64::from(address) + arguments["offset"].as_i64().unwrap_or(0);
-        let address = u32::try_from(address).map_err(|_| "there is no such address")?;
+        let offset = arguments["offset"].as_i64().unwrap_or(0);
+        let address = i64::from(address).checked_add(offset);
+        let address = address.and_then(|address| u32::try_from(address).ok());
+        let address = address.ok_or("there is no such address")?;
         let count = arguments["count"].as_u64().unwrap_or(0).min(MOST_BYTES) as u32;
         let bytes = self.session.memory(core, address, count);
         Ok(

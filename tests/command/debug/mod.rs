@@ -292,10 +292,11 @@ fn an_editor_debugs_a_loop_on_the_array() {
     let set = editor.ask(
         "setBreakpoints",
         json!({"source": {"path": file}, "breakpoints": [
-            {"line": 18, "condition": "iteration == 17"}, {"line": 900}, {"line": 18, "condition": "1 +"}]}),
+            {"line": 18, "condition": "iteration == 17"}, {"line": 900}, {"line": 18, "condition": "1 +"},
+            {"line": 18, "hitCondition": "> 5"}]}),
     );
-    let verified: Vec<&Value> = (0..3).map(|i| &set["breakpoints"][i]["verified"]).collect();
-    assert_eq!(verified, [true, false, false]);
+    let verified: Vec<&Value> = (0..4).map(|i| &set["breakpoints"][i]["verified"]).collect();
+    assert_eq!(verified, [true, false, false, false]);
     editor.ask("configurationDone", Value::Null);
     assert_eq!(editor.event("stopped")["reason"], "entry");
     assert_eq!(

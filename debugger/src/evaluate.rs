@@ -9,6 +9,7 @@ use crate::typed::{Bytes, Writer, field_bits, number};
 use srp_archdesc::isa::Ty;
 use srp_csimgen::preamble::ops::V4;
 use srp_ir::described::{Described, Field, Kind, TypeRef};
+use srp_ir::dre::scheduled::DataSymbol;
 
 /// Most bytes of an object that are looked at.
 const MOST_BYTES: u32 = 1 << 22;
@@ -38,6 +39,25 @@ struct Typed {
     why: Option<String>,
 }
 
+/// A name that stands for the place.
+#[derive(Clone, Copy, Debug)]
+enum Count {
+    Iteration,
+    Cycle,
+    Core,
+}
+
+impl Count {
+    fn named(name: &str) -> Option<Count> {
+        match name {
+            "iteration" => Some(Count::Iteration),
+            "cycle" => Some(Count::Cycle),
+            "core" => Some(Count::Core),
+            _ => None,
+        }
+    }
+}
+
 /// Where expressions are looked at.
 #[derive(Clone, Debug)]
 struct At {
@@ -56,16 +76,26 @@ impl Session<'_> {
         At { core, of, spot }
     }
 
+    /// An expression of which each name has a value somewhere.
+    ///
+    /// # Errors
+    ///
+    /// A sentence that says what is wrong.
+    pub fn parsed(&self, text: &str) -> Result<Expression, String> {
+        let expression = Expression::parse(text).map_err(|error| error.to_string())?;
+        match self.unknown_name(&expression) {
+            Some(name) => Err(never(name)),
+            None => Ok(expression),
+        }
+    }
+
     /// The value of an expression at a frame.
     ///
     /// # Errors
     ///
     /// A sentence that says what is wrong.
     pub fn evaluate(&self, core: u32, of: FrameOf, text: &str) -> Result<String, String> {
-        let expression = Expression::parse(text).map_err(|error| error.to_string())?;
-        if let Some(name) = self.unknown_name(&expression) {
-            return Err(never(name));
-        }
+        let expression = self.parsed(text)?;
         let at = self.at(core, of);
         let Some((comparison, right)) = &expression.right else {
             return self.write(&self.find(&at, &expression.left)?, text);
@@ -80,10 +110,7 @@ impl Session<'_> {
     ///
     /// A sentence that says what is wrong.
     pub fn type_of(&self, core: u32, of: FrameOf, text: &str, all: bool) -> Result<String, String> {
-        let expression = Expression::parse(text).map_err(|error| error.to_string())?;
-        if let Some(name) = self.unknown_name(&expression) {
-            return Err(never(name));
-        }
+        let expression = self.parsed(text)?;
         let ty = match self.find(&self.at(core, of), &expression.left)? {
             Named::Typed(typed) => typed.ty,
             Named::Address(_, Some(to)) => {
@@ -354,19 +381,7 @@ impl Session<'_> {
         if let Some(variable) = self.local(&at.spot, name) {
             return Ok(Named::Typed(self.variable(at, variable)));
         }
-        let function = |symbol: &str| {
-            symbol
-                .rsplit_once('.')
-                .is_some_and(|(_, last)| last == name)
-        };
-        let exact = self.symbols.iter().find(|symbol| symbol.name == name);
-        let counts = ["iteration", "cycle", "core"].contains(&name);
-        let inner = || {
-            self.symbols
-                .iter()
-                .find(|symbol| !counts && function(&symbol.name))
-        };
-        if let Some(symbol) = exact.or_else(inner) {
+        if let Some(symbol) = self.symbol(name) {
             return Ok(match self.described().objects.get(&symbol.name) {
                 Some(&ty) => Named::Typed(self.in_memory(at, symbol.address, ty)),
                 None => Named::Words(at.core, symbol.address),
@@ -375,25 +390,37 @@ impl Session<'_> {
         if let Some(found) = self.register(at.core, name, None) {
             return found;
         }
-        match (name, at.of) {
-            ("iteration", FrameOf::Iteration(iteration)) => {
-                Ok(Named::Plain(Ty::Word, word(iteration as u32)))
+        let count = match (Count::named(name), at.of) {
+            (Some(Count::Iteration), FrameOf::Iteration(iteration)) => iteration as u32,
+            (Some(Count::Iteration), FrameOf::Call(_)) => {
+                return Err("there is no iteration here: no loop is on the array".to_owned());
             }
-            ("cycle", _) => Ok(Named::Plain(Ty::Word, word(self.cycle() as u32))),
-            ("core", _) => Ok(Named::Plain(Ty::Word, word(at.core))),
-            ("iteration", _) => {
-                Err("there is no iteration here: no loop is on the array".to_owned())
-            }
-            _ => {
-                let mut variables = self.described().variables.iter();
-                let where_it_is = variables.find(|variable| variable.name == name);
-                let where_it_is = where_it_is.map_or(String::new(), |v| {
-                    let place = self.code.variables.place(v.from);
-                    format!(": it is declared at {place}, and goes to line {}", v.to)
-                });
-                Err(format!("`{name}` cannot be named here{where_it_is}"))
-            }
-        }
+            (Some(Count::Cycle), _) => self.cycle() as u32,
+            (Some(Count::Core), _) => at.core,
+            (None, _) => return Err(self.not_here(name)),
+        };
+        Ok(Named::Plain(Ty::Word, word(count)))
+    }
+
+    /// Says of a name that has a value elsewhere where that is.
+    fn not_here(&self, name: &str) -> String {
+        let mut variables = self.described().variables.iter();
+        let declared = variables.find(|variable| variable.name == name);
+        let declared = declared.map_or(String::new(), |v| {
+            let place = self.code.variables.place(v.from);
+            format!(": it is declared at {place}, and goes to line {}", v.to)
+        });
+        format!("`{name}` cannot be named here{declared}")
+    }
+
+    /// An object by its name; one inside a function, whose name goes before it, by its own too.
+    fn symbol(&self, name: &str) -> Option<&DataSymbol> {
+        let exact = self.symbols.iter().find(|symbol| symbol.name == name);
+        let ends = |symbol: &&DataSymbol| {
+            let own = symbol.name.rsplit_once('.').map(|(_, own)| own);
+            own == Some(name) && Count::named(name).is_none()
+        };
+        exact.or_else(|| self.symbols.iter().find(ends))
     }
 
     /// A register by its name, or one of a file by its index.
@@ -493,10 +520,7 @@ impl Session<'_> {
     ///
     /// A sentence that says what is wrong.
     pub fn watched(&self, core: u32, of: FrameOf, text: &str) -> Result<Memory, String> {
-        let expression = Expression::parse(text).map_err(|error| error.to_string())?;
-        if let Some(name) = self.unknown_name(&expression) {
-            return Err(never(name));
-        }
+        let expression = self.parsed(text)?;
         let named = self.find(&self.at(core, of), &expression.left)?;
         let (address, bytes, ty) = match named {
             Named::Typed(Typed {
@@ -538,7 +562,7 @@ impl Session<'_> {
     }
 
     /// The first name of an expression that has a value nowhere: no variable, object, register or count has the name.
-    pub fn unknown_name<'e>(&self, expression: &'e Expression) -> Option<&'e str> {
+    fn unknown_name<'e>(&self, expression: &'e Expression) -> Option<&'e str> {
         let right = expression.right.as_ref().map(|(_, operand)| operand);
         let mut operands = std::iter::once(&expression.left).chain(right);
         operands.find_map(|operand| self.unknown_in(operand))
@@ -557,15 +581,9 @@ impl Session<'_> {
                 }
             }
             Operand::Name(name) => {
-                let counts = ["iteration", "cycle", "core"].contains(&name.as_str());
-                let ends = |symbol: &str| {
-                    symbol
-                        .rsplit_once('.')
-                        .is_some_and(|(_, last)| last == *name)
-                };
-                let is_known = counts
+                let is_known = Count::named(name).is_some()
                     || self.is_object_or_store(name)
-                    || self.symbols.iter().any(|symbol| ends(&symbol.name))
+                    || self.symbol(name).is_some()
                     || self.described().variables.iter().any(|v| v.name == *name)
                     || self.code.knows(name);
                 (!is_known).then_some(name)
