@@ -98,38 +98,21 @@ fn forms(
         folder: &args.output,
         name: stem(&args.files[0]),
     };
-    let wants = |form| args.emit.contains(&form);
+    let wanted = Wanted(&args.emit);
     out.check(args, &input)?;
 
     if let Input::C(sources) = &input {
-        // Everything that is wrong is said by the compilation, once.
-        let mut shown = String::new();
-        let stage = Stage::unknown(session.watch, "front end");
-        let compiled = front_end(sources, arch, options);
-        drop(stage);
-        let (mut program, warnings) =
-            compiled.map_err(|e| diagnostics::failure(e, source.error_format))?;
-        talk::say_all(&diagnostics::show(&warnings, source.error_format));
-        if wants(Form::Ast) {
+        let program = front(args, sources, passes, (arch, options), session)?;
+        if wanted.has(Form::Ast) {
             write_trees(&out, sources, arch, options)?;
         }
-        let mut after = |pass: &Pass, program: &Program| {
-            if args.passes.shows(pass) {
-                shown += &format!("; after {}\n{}\n", pass.name, srp_ir::text::write(program));
-            }
-        };
-        let stage = Stage::unknown(session.watch, "passes");
-        let remarks = run_passes(&mut program, passes, arch, options, &mut after);
-        drop(stage);
-        talk::print(shown)?;
-        say_remarks(&program.files, &remarks, source)?;
         input = Input::Ir(Box::new(program));
-    } else if wants(Form::Ast) {
+    } else if wanted.has(Form::Ast) {
         return Err(Failure::usage(
             "only C has a syntax tree: give C files for --emit ast",
         ));
     }
-    if wants(Form::Ir) {
+    if wanted.has(Form::Ir) {
         match &input {
             Input::Ir(program) => out.write("ir", &srp_ir::text::write(program))?,
             _ => {
@@ -139,34 +122,72 @@ fn forms(
             }
         }
     }
-    let scheduled = [Form::Schedule, Form::Rust].into_iter().any(wants)
+    let scheduled = wanted.has(Form::Schedule)
+        || wanted.has(Form::Rust)
         || !args.loops.loops.is_empty()
         || source.remarks_passes();
     if !scheduled {
-        return write_divided_alone(&out, input, arch, wants(Form::Dfg), wants(Form::Dre));
+        return match wanted.divided() {
+            true => write_divided(&out, &divided(input, arch)?, wanted),
+            false => Ok(()),
+        };
     }
     let compiled = interrupt::looked_for(|| compile(input, arch, options, session))?;
     let format = source.error_format;
     refused_kernel::check(&compiled, arch, &options.warnings, format, session)?;
-    say_not_pipelined(&compiled, arch, source.remarks_passes(), session)?;
-    loops.write(&compiled, arch, session)?;
-    if wants(Form::Dfg) || wants(Form::Dre) {
-        match &compiled.dre {
-            Some(dre) => write_divided(&out, dre, wants(Form::Dfg), wants(Form::Dre))?,
-            None => {
-                return Err(Failure::usage(
-                    "the file is scheduled already: no --emit dfg, dre",
-                ));
-            }
-        }
+    if source.remarks_passes() {
+        say_not_pipelined(&compiled, arch, session)?;
     }
-    write_scheduled(
-        &out,
-        &compiled,
-        arch,
-        wants(Form::Schedule),
-        wants(Form::Rust),
-    )
+    loops.write(&compiled, arch, session)?;
+    if wanted.divided() {
+        let dre = compiled.dre.as_ref().ok_or_else(scheduled_already)?;
+        write_divided(&out, dre, wanted)?;
+    }
+    write_scheduled(&out, &compiled, arch, wanted)
+}
+
+/// The forms that are asked for.
+#[derive(Clone, Copy)]
+struct Wanted<'a>(&'a [Form]);
+
+impl Wanted<'_> {
+    fn has(self, form: Form) -> bool {
+        self.0.contains(&form)
+    }
+
+    /// True if a form of the divided program is among them.
+    fn divided(self) -> bool {
+        self.has(Form::Dfg) || self.has(Form::Dre)
+    }
+}
+
+/// Compiles C up to the passes, with messages and remarks said.
+fn front(
+    args: &Compile,
+    sources: &[Source],
+    passes: &[&Pass],
+    (arch, options): (&Arch, &Options),
+    session: &Session<'_>,
+) -> Result<Program, Failure> {
+    let source = &args.compilation.source;
+    let stage = Stage::unknown(session.watch, "front end");
+    let compiled = front_end(sources, arch, options);
+    drop(stage);
+    let (mut program, warnings) =
+        compiled.map_err(|e| diagnostics::failure(e, source.error_format))?;
+    talk::say_all(&diagnostics::show(&warnings, source.error_format));
+    let mut shown = String::new();
+    let mut after = |pass: &Pass, program: &Program| {
+        if args.passes.shows(pass) {
+            shown += &format!("; after {}\n{}\n", pass.name, srp_ir::text::write(program));
+        }
+    };
+    let stage = Stage::unknown(session.watch, "passes");
+    let remarks = run_passes(&mut program, passes, arch, options, &mut after);
+    drop(stage);
+    talk::print(shown)?;
+    say_remarks(&program.files, &remarks, source)?;
+    Ok(program)
 }
 
 /// Refuses standard output as the place of more than one text. How many kernels there are is not known yet.
@@ -198,12 +219,8 @@ fn check_one_output(args: &Compile, input: &Input) -> Result<(), Failure> {
 pub(crate) fn say_not_pipelined(
     compiled: &Compiled,
     arch: &Arch,
-    remarks: bool,
     session: &Session<'_>,
 ) -> Result<(), Failure> {
-    if !remarks {
-        return Ok(());
-    }
     let subject = Subject::of_program(compiled);
     let report = loops::report(&subject, arch, &loops::Options::default(), session)?;
     for done in &report.loops {
@@ -390,17 +407,12 @@ fn write_trees(
     Ok(())
 }
 
-/// Divides a program and writes that, with no look for schedules.
-fn write_divided_alone(
-    out: &Output<'_>,
-    input: Input,
-    arch: &Arch,
-    dfg: bool,
-    whole: bool,
-) -> Result<(), Failure> {
-    if !dfg && !whole {
-        return Ok(());
-    }
+fn scheduled_already() -> Failure {
+    Failure::usage("the file is scheduled already: no --emit dfg, dre")
+}
+
+/// Divides a program that is compiled up to the passes, with no look for schedules.
+fn divided(input: Input, arch: &Arch) -> Result<Dre, Failure> {
     match input {
         Input::Ir(mut program) => {
             let divided = divide(&mut program, arch)?;
@@ -409,35 +421,39 @@ fn write_divided_alone(
             for obstacle in &loops::not_pipelined(required, files) {
                 say_obstacle(obstacle);
             }
-            write_divided(out, &divided.dre, dfg, whole)
+            Ok(divided.dre)
         }
-        Input::Dre(dre) => write_divided(out, &dre, dfg, whole),
-        Input::C(_) | Input::Scheduled { .. } => Err(Failure::usage(
-            "the file is scheduled already: no --emit dfg, dre",
-        )),
+        Input::Dre(dre) => Ok(*dre),
+        Input::Scheduled { .. } => Err(scheduled_already()),
+        Input::C(_) => unreachable!("C is compiled up to the passes before"),
     }
 }
 
-fn write_divided(out: &Output<'_>, dre: &Dre, dfg: bool, whole: bool) -> Result<(), Failure> {
-    if dfg && files::is_output(out.folder) && dre.kernels.len() != 1 {
+fn write_divided(out: &Output<'_>, dre: &Dre, wanted: Wanted<'_>) -> Result<(), Failure> {
+    if wanted.has(Form::Dfg) {
+        write_graphs(out, dre)?;
+    }
+    if wanted.has(Form::Dre) {
+        out.write("dre.xml", &dre::write(dre))?;
+    }
+    Ok(())
+}
+
+fn write_graphs(out: &Output<'_>, dre: &Dre) -> Result<(), Failure> {
+    if files::is_output(out.folder) && dre.kernels.len() != 1 {
         return Err(Failure::Usage(format!(
             "-o - is standard output, which takes one graph, and there are {}: name a folder",
             dre.kernels.len()
         )));
     }
-    if dfg {
-        for kernel in dre.kernels.values() {
-            let dot = srp_ir::dfg::dot(kernel, &dre.control.files);
-            let name = srp_toolchain::files::file_name(&kernel.name);
-            let ending = format!("{name}.dot");
-            if !files::is_output(out.folder) {
-                files::check_writable(&out.path(&ending))?;
-            }
-            out.write(&ending, &dot)?;
+    for kernel in dre.kernels.values() {
+        let dot = srp_ir::dfg::dot(kernel, &dre.control.files);
+        let name = srp_toolchain::files::file_name(&kernel.name);
+        let ending = format!("{name}.dot");
+        if !files::is_output(out.folder) {
+            files::check_writable(&out.path(&ending))?;
         }
-    }
-    if whole {
-        out.write("dre.xml", &dre::write(dre))?;
+        out.write(&ending, &dot)?;
     }
     Ok(())
 }
@@ -446,14 +462,13 @@ fn write_scheduled(
     out: &Output<'_>,
     compiled: &Compiled,
     arch: &Arch,
-    schedule: bool,
-    rust: bool,
+    wanted: Wanted<'_>,
 ) -> Result<(), Failure> {
     let program = &compiled.schedule.program;
-    if schedule {
+    if wanted.has(Form::Schedule) {
         out.write("sched.xml", &dre::write_scheduled(program, arch))?;
     }
-    if rust {
+    if wanted.has(Form::Rust) {
         // A folder that rustc compiles as it is.
         let spec = link(program).map_err(Failure::message)?;
         let folder = out.folder.join(format!("{}.csim", out.name));

@@ -10,7 +10,6 @@ use srp_ir::check::Checked;
 use srp_ir::dre::{self, Dre};
 use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
-use srp_ir::program::Bits;
 use srp_runtime::picture::Picture;
 use srp_runtime::solo::{self, Finish, Solo, SoloError};
 use srp_runtime::system::{self, Timing};
@@ -122,9 +121,7 @@ fn meaning(args: &Tandem, prepared: &Prepared) -> Result<Option<Meaning>, Failur
         steps: args.limit,
         ..interp::Options::new(&layout)
     };
-    let function = &control.funcs[main];
-    let params = function.blocks[function.entry()].params.iter();
-    let zeros: Vec<Bits> = params.map(|&v| Bits::zero(function.values[v])).collect();
+    let zeros = control.funcs[main].zero_arguments();
     let dre = Dre {
         control,
         kernels: Default::default(),

@@ -515,6 +515,14 @@ impl Function {
         self.layout[0]
     }
 
+    /// Zeros for its parameters, which `main` is called with.
+    pub fn zero_arguments(&self) -> Vec<Bits> {
+        let params = self.blocks[self.entry()].params.iter();
+        params
+            .map(|&param| Bits::zero(self.values[param]))
+            .collect()
+    }
+
     /// Appends an empty, unterminated (hence [`Terminator::Unreachable`]) block to the layout.
     pub fn add_block(&mut self) -> Block {
         let block = self.blocks.push(BlockData::unreachable());

@@ -63,7 +63,7 @@ pub(super) fn origins(
         let weight_bits = subject.arch.precision.texture_weight_bits;
         let sram_bytes = subject.arch.system.sram_bytes;
         let mut shadows = Shadows::new(&sources, sram_bytes, weight_bits);
-        let args = trial::arguments(&program);
+        let args = program.funcs[main].zero_arguments();
         let ran = interp::run_observed(&code, main, &args, &mut world, &mut shadows, &options);
         ran.map_err(|trap| Error::Invalid(trap.show(&program)))?;
         flips += shadows.flips.len();

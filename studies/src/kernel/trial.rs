@@ -340,22 +340,10 @@ fn profile(
         ..interp::Options::new(&layout)
     };
     let main = program.main.ok_or(srp_toolchain::Error::NoMain)?;
-    let args = arguments(program);
+    let args = program.funcs[main].zero_arguments();
     let outcome = interp::run_observed(&code, main, &args, &mut world, &mut (), &options);
     let outcome = outcome.map_err(|trap| Error::Invalid(trap.show(program)))?;
     Ok(outcome.profile)
-}
-
-/// Zeros for the parameters of `main`.
-pub(super) fn arguments(program: &Program) -> Vec<srp_ir::program::Bits> {
-    let Some(main) = program.main else {
-        return Vec::new();
-    };
-    let main = &program.funcs[main];
-    let params = main.blocks[main.entry()].params.iter();
-    params
-        .map(|&v| srp_ir::program::Bits::zero(main.values[v]))
-        .collect()
 }
 
 /// Memory with the inputs of a round.
