@@ -98,7 +98,23 @@ impl Effort {
 
 /// Wishes about warnings, the later before the earlier, as `-W` has them.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Warnings(Vec<String>);
+pub struct Warnings(Vec<Wish>);
+
+/// A wish about the warning of a name, or about all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+struct Wish {
+    change: Change,
+    of: Option<&'static str>,
+}
+
+/// What a wish asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+enum Change {
+    Show,
+    Hide,
+    Refuse,
+    Tolerate,
+}
 
 /// The treatment of a warning.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -106,6 +122,44 @@ enum Level {
     Off,
     Warn,
     Error,
+}
+
+impl Wish {
+    fn parse(text: &str) -> Option<Wish> {
+        let general = match text {
+            "all" | "extra" => Some(Change::Show),
+            "none" => Some(Change::Hide),
+            "error" => Some(Change::Refuse),
+            "no-error" => Some(Change::Tolerate),
+            _ => None,
+        };
+        if let Some(change) = general {
+            return Some(Wish { change, of: None });
+        }
+        let ways = [
+            ("no-error=", Change::Tolerate),
+            ("error=", Change::Refuse),
+            ("no-", Change::Hide),
+            ("", Change::Show),
+        ];
+        let mut ways = ways.iter();
+        ways.find_map(|&(before, change)| {
+            let rest = text.strip_prefix(before)?;
+            let of = Some(warning_names().find(|name| *name == rest)?);
+            Some(Wish { change, of })
+        })
+    }
+
+    /// The level of a warning after this wish, which is about it.
+    fn after(self, level: Level, usual: Level) -> Level {
+        match (self.change, self.of, level) {
+            (Change::Hide, ..) => Level::Off,
+            (Change::Show, _, Level::Off) => usual,
+            (Change::Refuse, Some(_), _) | (Change::Refuse, None, Level::Warn) => Level::Error,
+            (Change::Tolerate, Some(_), _) | (Change::Tolerate, None, Level::Error) => Level::Warn,
+            _ => level,
+        }
+    }
 }
 
 impl Warnings {
@@ -116,19 +170,16 @@ impl Warnings {
     ///
     /// A sentence about a wish that names no warning.
     pub fn parse(wishes: &[String]) -> Result<Warnings, String> {
-        for wish in wishes {
-            let general = ["all", "extra", "none", "error", "no-error"];
-            let bare = wish.strip_prefix("no-").unwrap_or(wish);
-            let bare = bare.strip_prefix("error=").unwrap_or(bare);
-            if !general.contains(&wish.as_str()) && !warning_names().any(|name| name == bare) {
+        let wish = |text: &String| {
+            Wish::parse(text).ok_or_else(|| {
                 let names: Vec<_> = warning_names().collect();
-                return Err(format!(
-                    "`-W {wish}` names no warning; there are all, none, error and {}",
+                format!(
+                    "`-W {text}` names no warning; there are all, none, error and {}",
                     names.join(", ")
-                ));
-            }
-        }
-        Ok(Warnings(wishes.to_vec()))
+                )
+            })
+        };
+        Ok(Warnings(wishes.iter().map(wish).collect::<Result<_, _>>()?))
     }
 
     /// The messages that are wanted, some of the warnings as errors.
@@ -137,7 +188,7 @@ impl Warnings {
         for mut message in messages {
             let name = warning_name(message.code);
             if let (true, Some(name)) = (message.severity != Severity::Error, name) {
-                match self.level(name) {
+                match self.level(name, Level::Warn) {
                     Level::Off => continue,
                     Level::Error if message.severity == Severity::Warning => {
                         message.severity = Severity::Error;
@@ -150,35 +201,15 @@ impl Warnings {
         chosen
     }
 
-    /// True if a loop under `#pragma srp kernel` that is not on the array is an error: always, but with
-    /// `no-error=kernel`, `no-error` or `no-kernel`.
+    /// True if a loop under `#pragma srp kernel` that is not on the array is an error, which it is unless a wish says
+    /// otherwise.
     pub fn refuses_kernels(&self) -> bool {
-        let mut refuses = true;
-        for wish in &self.0 {
-            match wish.as_str() {
-                "no-error" | "no-error=kernel" | "no-kernel" | "none" => refuses = false,
-                "error" | "error=kernel" | "kernel" => refuses = true,
-                _ => {}
-            }
-        }
-        refuses
+        self.level("kernel", Level::Error) == Level::Error
     }
 
-    fn level(&self, name: &str) -> Level {
-        let mut level = Level::Warn;
-        for wish in &self.0 {
-            match wish.as_str() {
-                "none" => level = Level::Off,
-                "all" | "extra" if level == Level::Off => level = Level::Warn,
-                "error" if level == Level::Warn => level = Level::Error,
-                "no-error" if level == Level::Error => level = Level::Warn,
-                wish if wish == name && level == Level::Off => level = Level::Warn,
-                wish if wish.strip_prefix("no-error=") == Some(name) => level = Level::Warn,
-                wish if wish.strip_prefix("no-") == Some(name) => level = Level::Off,
-                wish if wish.strip_prefix("error=") == Some(name) => level = Level::Error,
-                _ => {}
-            }
-        }
-        level
+    fn level(&self, name: &str, usual: Level) -> Level {
+        let wishes = self.0.iter();
+        let about = wishes.filter(|wish| wish.of.is_none_or(|of| of == name));
+        about.fold(usual, |level, wish| wish.after(level, usual))
     }
 }
