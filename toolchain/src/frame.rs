@@ -298,11 +298,6 @@ impl Frame {
         Ok(image?)
     }
 
-    /// A name for the scene with its camera, lights and options: another has another.
-    pub fn scene_hash(&self) -> String {
-        scene::hash(&self.scene)
-    }
-
     /// Begins a key of what is made of this frame. It holds all of the frame, as it is and as it lies
     /// in memory, how its kernels are compiled, and the build of these tools, of which the kernels are a
     /// part.

@@ -11,6 +11,7 @@
 //! system round the array, `A07xx` warnings.
 
 mod array;
+mod cache;
 mod de;
 mod dram;
 mod edit;

@@ -1,5 +1,6 @@
 //! The units round the array. What the file leaves out is the paper's.
 
+use super::cache::Cache;
 use super::de::Spanned;
 use super::dram;
 use super::findings::Findings;
@@ -95,8 +96,6 @@ const fn cache(kib: u32, ways: u32, latency: u32, banks: u32, misses: u32) -> Ca
     }
 }
 
-const INSTRUCTIONS: &str = "instruction-cache";
-
 /// Attributes that an `<instruction-cache>` leaves out.
 const INSTRUCTION_CACHE: CacheSpec = cache(8, 2, 1, 1, 1);
 
@@ -129,21 +128,10 @@ pub(super) fn system(found: &Findings, raw: &Option<Spanned<raw::System>>) -> Sy
         fo4_ps: number(&raw.fo4_ps, limits::FO4_PS, default.fo4_ps),
         sram_bytes,
         sram_banks,
-        data_cache: cache_spec(found, "data-cache", &raw.data_cache, default.data_cache),
-        texture_cache: cache_spec(
-            found,
-            "texture-cache",
-            &raw.texture_cache,
-            default.texture_cache,
-        ),
-        instruction_cache: (raw.instruction_cache.as_ref()).map(|_| {
-            cache_spec(
-                found,
-                INSTRUCTIONS,
-                &raw.instruction_cache,
-                INSTRUCTION_CACHE,
-            )
-        }),
+        data_cache: Cache::Data.spec(found, &raw.data_cache, default.data_cache),
+        texture_cache: Cache::Texture.spec(found, &raw.texture_cache, default.texture_cache),
+        instruction_cache: (raw.instruction_cache.as_ref())
+            .map(|_| Cache::Instructions.spec(found, &raw.instruction_cache, INSTRUCTION_CACHE)),
         buffers: buffers(found, &raw.buffers, default.buffers),
         tni: default.tni,
         bus: bus(found, &raw.bus, default.bus),
@@ -166,90 +154,6 @@ fn multiple(found: &Findings, text: &Option<Text>, limit: Limit, of: u32, defaul
         }
         _ => n,
     }
-}
-
-fn cache_spec(
-    found: &Findings,
-    element: &str,
-    raw: &Option<Spanned<raw::Cache>>,
-    default: CacheSpec,
-) -> CacheSpec {
-    let Some(raw) = raw else {
-        return default;
-    };
-    let number = |text, limit, default| values::number(found, text, limit, default);
-    let before = found.len();
-    if element == INSTRUCTIONS {
-        for (name, text) in [
-            ("latency", &raw.latency),
-            ("banks", &raw.banks),
-            ("misses", &raw.misses),
-            ("blocking", &raw.blocking),
-        ] {
-            if let Some(text) = text {
-                let message = format!("an `<{element}>` has no `{name}`: every miss is waited for");
-                found.push(found.error("A0601", text.span, message, "leave it out"));
-            }
-        }
-    } else if let Some(text) = (raw.blocking.as_ref())
-        .filter(|_| element.starts_with("trv-") || element.starts_with("ist-"))
-    {
-        let message = format!(
-            "`blocking` is of the data and texture caches of the SRP: a `<{element}>` never blocks"
-        );
-        found.push(found.error("A0601", text.span, message, "leave it out"));
-    }
-    let banks = values::power(found, &raw.banks, limits::BANKS, default.banks);
-    if let Some(text) = raw
-        .banks
-        .as_ref()
-        .filter(|_| banks > 1 && element != "trv-l2")
-    {
-        let message = format!("`{element}` has one bank: only `<trv-l2>` has several");
-        found.push(found.error("A0601", text.span, message, "leave it out"));
-    }
-    let cache = CacheSpec {
-        bytes: number(&raw.size, limits::CACHE_SIZE, default.bytes),
-        ways: number(&raw.ways, limits::WAYS, default.ways),
-        line: values::power(found, &raw.line, limits::LINE, default.line),
-        latency: number(&raw.latency, limits::CACHE_LATENCY, default.latency),
-        banks,
-        misses: number(&raw.misses, limits::MISSES, default.misses),
-        blocking: values::flag(found, &raw.blocking, "blocking", default.blocking),
-    };
-    if found.len() > before {
-        return default;
-    }
-    let set = cache.ways * cache.line;
-    let complaint = if !cache.bytes.is_multiple_of(set) {
-        Some(format!(
-            "{} bytes are not a whole number of sets of {set}",
-            cache.bytes
-        ))
-    } else if !cache.sets().is_power_of_two() {
-        Some(format!(
-            "it would have {} sets, which is not a power of two",
-            cache.sets()
-        ))
-    } else if cache.banks > cache.sets() {
-        Some(format!(
-            "it has {} sets, fewer than its {} banks",
-            cache.sets(),
-            cache.banks
-        ))
-    } else {
-        None
-    };
-    if let Some(complaint) = complaint {
-        let message = format!("`{element}` cannot be built: {complaint}");
-        let label = "sets = size / (ways × line)";
-        found.push(found.error("A0603", raw.span, message, label).help(format!(
-            "a set is {} ways × {} bytes",
-            cache.ways, cache.line
-        )));
-        return default;
-    }
-    cache
 }
 
 /// The banks of the SRAM, where it is said that accesses compete for them.
@@ -285,7 +189,6 @@ fn buffers(
     }
 }
 
-/// Ray and hit buffers lie in the SRAM.
 /// Checks that schedules give the SRP's caches their time.
 pub(super) fn hits_in_time(found: &Findings, raw: &Option<Spanned<raw::System>>, arch: &Arch) {
     let Some(Spanned { value: raw, .. }) = raw else {
@@ -327,6 +230,7 @@ pub(super) fn hits_in_time(found: &Findings, raw: &Option<Spanned<raw::System>>,
     }
 }
 
+/// Checks that ray and hit buffers fit into the SRAM, where they lie.
 fn buffers_fit(found: &Findings, raw: &Spanned<raw::System>, system: &SystemSpec) {
     let b = &system.buffers;
     let packet = u64::from(b.ray_buffers) * u64::from(b.ray_bytes)
@@ -417,9 +321,9 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, mhz: u32, default: Tni
         fifo: number(&raw.fifo, limits::FIFO, default.fifo),
         rau_rows: number(&raw.rau_rows, limits::RAU_ROWS, default.rau_rows),
         rau_rays: number(&raw.rau_rays, limits::RAU_RAYS, default.rau_rays),
-        trv_l1: cache_spec(found, "trv-l1", &raw.trv_l1, default.trv_l1),
-        trv_l2: cache_spec(found, "trv-l2", &raw.trv_l2, default.trv_l2),
-        ist_l1: cache_spec(found, "ist-l1", &raw.ist_l1, default.ist_l1),
+        trv_l1: Cache::TrvL1.spec(found, &raw.trv_l1, default.trv_l1),
+        trv_l2: Cache::TrvL2.spec(found, &raw.trv_l2, default.trv_l2),
+        ist_l1: Cache::IstL1.spec(found, &raw.ist_l1, default.ist_l1),
         node_format,
         node_bytes: words(
             &raw.node_bytes,

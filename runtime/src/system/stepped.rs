@@ -2,7 +2,6 @@
 
 use srp_archdesc::Arch;
 
-use super::core_unit::State;
 use super::simulation::Simulation;
 use super::snapshot::{Instant, SystemSnapshot};
 use super::{Options, SystemError, check_options};
@@ -70,12 +69,6 @@ impl<'a> System<'a> {
     pub fn output(&self, core: u32) -> &[u8] {
         let core = self.simulation.cores.get(core as usize);
         core.map_or(&[], |core| &core.periphery.ports.output)
-    }
-
-    /// True if a core has ended.
-    pub fn has_ended(&self, core: u32) -> bool {
-        let core = self.simulation.cores.get(core as usize);
-        core.is_none_or(|core| core.state == State::Halted)
     }
 
     /// Who waits for what, one line each.

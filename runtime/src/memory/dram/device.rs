@@ -67,7 +67,6 @@ struct Delays {
     write_to_read: u64,
     write_to_precharge: u64,
     read_data: u64,
-    write_data: u64,
 }
 
 impl Delays {
@@ -86,7 +85,6 @@ impl Delays {
             write_to_read: write_data + u64::from(t.wtr),
             write_to_precharge: write_data + u64::from(t.wr),
             read_data: u64::from(t.cl) + burst,
-            write_data,
         }
     }
 }
@@ -140,11 +138,6 @@ impl Device {
     #[inline]
     pub fn read_latency(&self) -> u64 {
         self.delays.read_data
-    }
-
-    /// Cycles from a write command to the end of its data.
-    pub fn write_latency(&self) -> u64 {
-        self.delays.write_data
     }
 
     /// Cycles in which one burst takes the data lines.
