@@ -122,7 +122,8 @@ pub(super) fn order(
                 relaxed.extend_from_slice(&orders[before..]);
             }
             if !meeting.exact && said.is_none() && orders.len() > before {
-                remarks.push(remark(&mark.name, first, second, restrict));
+                let same = first.objects.same_as(lp, &second.objects);
+                remarks.push(remark(&mark.name, first, second, (restrict, same)));
             }
         }
     }
@@ -158,11 +159,12 @@ fn denied(independence: &Independence, first: &Access, second: &Access) -> Optio
     said
 }
 
-/// Says of two accesses that nothing shows that they need no order, and whether `restrict` would.
-fn remark(kernel: &str, first: &Access, second: &Access, restrict: bool) -> Remark {
+/// Says of two accesses that nothing shows that they need no order, whether `restrict` would, and whether they are to one
+/// object.
+fn remark(kernel: &str, first: &Access, second: &Access, (restrict, same): (bool, bool)) -> Remark {
     let doubt = if restrict {
         Doubt::AliasUnlessRestrict
-    } else if first.objects.is_known() && second.objects.is_known() {
+    } else if same || first.objects.is_known() && second.objects.is_known() {
         Doubt::SameElement
     } else {
         Doubt::Alias

@@ -102,6 +102,15 @@ impl Objects {
             && self.objects.is_disjoint(&other.objects)
     }
 
+    /// True if both point into one object, which is the same in all iterations.
+    pub(super) fn same_as(&self, lp: &Loop<'_>, other: &Objects) -> bool {
+        self.points()
+            && self.objects.len() == 1
+            && self.objects == other.objects
+            && other.points()
+            && self.unknown().all(|value| !lp.is_inside(value))
+    }
+
     /// True if it contains an object for certain.
     fn has_object(&self) -> bool {
         self.objects

@@ -10,6 +10,13 @@ use srp_scheduler::LoopFacts;
 use srp_scheduler::demand::Need;
 use srp_scheduler::modulo::Obstacle;
 
+/// The changes that advice may be about.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Scope {
+    Loop,
+    LoopOrMachine,
+}
+
 /// Returns the advice for a loop.
 pub(super) fn of(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
     if l.ii == 1 {
@@ -32,7 +39,7 @@ pub(super) fn of(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
     }
     match &l.what_if {
         Some(what_if) => tried(l, what_if, facts, srp),
-        None => untried(l, facts, srp, true),
+        None => untried(l, facts, srp, Scope::LoopOrMachine),
     }
 }
 
@@ -49,17 +56,17 @@ fn tried(l: &LoopReport, what_if: &WhatIf, facts: &LoopFacts, srp: &Srp) -> Stri
             let tried = what_if.tried;
             format!(
                 "none of {tried} changes that were tried would help: {}",
-                untried(l, facts, srp, false)
+                untried(l, facts, srp, Scope::Loop)
             )
         }
     }
 }
 
-/// Returns advice from the bounds alone: what to change of the loop, and of the machine if that is not known to be in vain.
-fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp, machine: bool) -> String {
-    let either = |more: String, of_it: &str, fewer: String| match machine {
-        true => format!("{more}, or fewer {of_it}"),
-        false => format!("fewer {fewer}"),
+/// Returns advice from the bounds alone.
+fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp, scope: Scope) -> String {
+    let either = |more: String, of_it: &str, fewer: String| match scope {
+        Scope::LoopOrMachine => format!("{more}, or fewer {of_it}"),
+        Scope::Loop => format!("fewer {fewer}"),
     };
     let bounds = &facts.bounds;
     let scarce = bounds.demands.iter().find(|d| d.bound == bounds.resources);
@@ -87,8 +94,8 @@ fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp, machine: bool) -> Strin
     };
     let by_recurrence = match through_memory(l) {
         Some(ThroughMemory::OneObject) => {
-            "iterations that may meet in an element of one array wait for each other: several arrays with names of \
-             their own, added up behind the loop, or `#pragma srp independent` if they never meet"
+            "iterations that may meet in an element of one array wait for each other: `#pragma srp independent` if they \
+             never meet; counts that meet can go to several arrays with names of their own, added up behind the loop"
         }
         Some(ThroughMemory::Objects) => {
             "accesses along the recurrence to arrays that are known to differ (named ones, or `restrict` pointers)"
@@ -99,10 +106,9 @@ fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp, machine: bool) -> Strin
         Status::Least => format!(
             "every II from the bound of {} on is proved impossible on this machine{}",
             l.bound(),
-            if machine {
-                ": more links, registers or units"
-            } else {
-                ""
+            match scope {
+                Scope::LoopOrMachine => ": more links, registers or units",
+                Scope::Loop => "",
             }
         ),
         Status::Proved => format!(
@@ -111,7 +117,9 @@ fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp, machine: bool) -> Strin
             proofs::reach(l.horizon()),
             l.bound()
         ),
-        Status::Open if !machine => "a longer search (--optimal), or fewer operations".to_owned(),
+        Status::Open if scope == Scope::Loop => {
+            "a longer search (--optimal), or fewer operations".to_owned()
+        }
         Status::Open => open(l, facts.why_not_lower.as_ref().map(|f| &f.obstacle)),
         Status::Bound if l.res_mii == l.rec_mii => {
             format!("both {by_resources}, and {by_recurrence}")

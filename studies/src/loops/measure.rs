@@ -1,6 +1,5 @@
 //! From a scheduled loop to its report: names and positions for what scheduler and schedule say.
 
-use super::hint;
 use super::model::{
     Carried, Cell, Edge, FileKind, FileLoad, Graph, LinkLoad, LoopReport, Obstacle, Operation,
     Ordered, PortLoad, Position, Resource, SharedLoad, Status, Step, UnitLoad,
@@ -52,7 +51,7 @@ impl View<'_> {
         let dfg = &schedule.dfg;
         let usage = usage(schedule, &self.arch.srp);
         let bounds = &facts.bounds;
-        let mut report = LoopReport {
+        LoopReport {
             kernel: dfg.name.clone(),
             at: self.position(dfg.pos),
             operations: dfg.nodes.len() as u32,
@@ -87,9 +86,7 @@ impl View<'_> {
             files: self.register_files(&usage),
             table: self.table(schedule),
             seconds: None,
-        };
-        report.hint = hint::of(&report, facts, &self.arch.srp);
-        report
+        }
     }
 
     /// Operations that stand in for units.

@@ -230,6 +230,11 @@ pub fn report(
             session,
         );
     }
+    for l in &mut report.loops {
+        if let Some((_, facts)) = subject.find(&l.kernel) {
+            l.hint = hint::of(l, facts, &arch.srp);
+        }
+    }
     Ok(report)
 }
 

@@ -1,8 +1,9 @@
 //! Changes that lower a loop's II, found by really scheduling it again.
 
+use super::Subject;
 use super::changes::{Advice, Change, Lowered, WhatIf};
+use super::measure::Names;
 use super::model::{LoopReport, Ordered, Report};
-use super::{Subject, hint};
 use crate::larger::{self, Larger};
 use crate::settings;
 use srp_archdesc::arch::{Arch, Srp};
@@ -114,10 +115,10 @@ pub(super) fn try_changes(
     let stage = Stage::of(session.watch, "what if", all as u64);
     let (mut on_array, mut refused) = (Vec::new(), Vec::new());
     for l in &mut report.loops {
-        if let Some((schedule, facts)) = subject.find(&l.kernel) {
-            let tried = of_loop(l, schedule, (srp, &larger), session);
+        if let Some((schedule, _)) = subject.find(&l.kernel) {
+            let names = Names(subject.files);
+            let tried = of_loop(l, schedule, &names, (srp, &larger), session);
             l.what_if = Some(tried.report(machine));
-            l.hint = hint::of(l, facts, srp);
             on_array.push(tried);
         }
         stage.done(1);
@@ -143,8 +144,7 @@ pub(super) fn try_restrict(
 ) {
     let srp = &arch.srp;
     for l in &mut report.loops {
-        let (Some(bound), Some((schedule, facts))) = (l.restrict_bound, subject.find(&l.kernel))
-        else {
+        let (Some(bound), Some((schedule, _))) = (l.restrict_bound, subject.find(&l.kernel)) else {
             continue;
         };
         if bound >= l.ii || session.watch.cancelled() {
@@ -163,7 +163,6 @@ pub(super) fn try_restrict(
         l.restrict_ii = (found.ok())
             .map(|found| found.schedule.ii)
             .filter(|ii| *ii < l.ii);
-        l.hint = hint::of(l, facts, srp);
     }
 }
 
@@ -195,6 +194,7 @@ fn of_machine(
 fn of_loop(
     l: &LoopReport,
     schedule: &ModuloSchedule,
+    names: &Names<'_>,
     (srp, larger): (&Srp, &[Larger]),
     session: &Session<'_>,
 ) -> Tried {
@@ -203,7 +203,7 @@ fn of_loop(
     let all: Vec<&Ordered> = l.ordered.iter().collect();
     let mut last = schedule.ii;
     for (remedy, ordered) in [(Remedy::Apart, apart), (Remedy::Independent, all)] {
-        if let Some(free) = without_orders(&schedule.dfg, &ordered) {
+        if let Some(free) = without_orders(&schedule.dfg, &ordered, names) {
             tried.count += 1;
             if let Some(ii) = unordered(&free, last, srp, session) {
                 tried.remedies.push((remedy, ii));
@@ -216,17 +216,12 @@ fn of_loop(
 }
 
 /// The loop without some of the orders that are kept only for want of knowledge; `None` where it has none of these.
-fn without_orders(dfg: &Dfg, ordered: &[&Ordered]) -> Option<Dfg> {
-    let place = |node| {
-        let pos = dfg.nodes[node].pos;
-        (pos.line, pos.column)
-    };
+fn without_orders(dfg: &Dfg, ordered: &[&Ordered], names: &Names<'_>) -> Option<Dfg> {
+    let place = |node| names.position(dfg.nodes[node].pos);
     let doubtful = |o: &Order| {
-        let ends = (place(o.from), place(o.to));
-        ordered.iter().any(|pair| {
-            let first = (pair.first.line, pair.first.column);
-            let second = (pair.second.line, pair.second.column);
-            ends == (first, second) || ends == (second, first)
+        let (from, to) = (place(o.from), place(o.to));
+        ordered.iter().any(|Ordered { first, second, .. }| {
+            (&from, &to) == (first, second) || (&to, &from) == (first, second)
         })
     };
     let mut free = dfg.clone();
@@ -236,11 +231,11 @@ fn without_orders(dfg: &Dfg, ordered: &[&Ordered]) -> Option<Dfg> {
 
 /// The II of a loop without some of its orders, where it is below `ii`.
 fn unordered(free: &Dfg, ii: u32, srp: &Srp, session: &Session<'_>) -> Option<u32> {
-    let watch = session.watch;
-    if watch.cancelled() || modulo::bounds(free, srp).min_ii() >= ii {
+    if session.watch.cancelled() || modulo::bounds(free, srp).min_ii() >= ii {
         return None;
     }
-    let scheduled = modulo::schedule(free, srp, &modulo::Options::default(), watch);
+    let options = modulo::Options::default();
+    let scheduled = schedule_loop(free, srp, &options, session, session.watch);
     let reached = scheduled.ok()?.schedule.ii;
     (reached < ii).then_some(reached)
 }
