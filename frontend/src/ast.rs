@@ -14,6 +14,7 @@ use crate::token::{FloatConst, IntConst};
 use srp_archdesc::diagnostic::Span;
 use srp_archdesc::entity;
 use srp_archdesc::entity::EntityMap;
+use std::collections::BTreeSet;
 use std::rc::Rc;
 
 entity! {
@@ -34,6 +35,8 @@ pub struct Unit {
     pub stmts: EntityMap<StmtId, Stmt>,
     /// It may compute with numbers of 64 bits.
     pub wide: bool,
+    /// Names that stand where the parser understood nothing: what they mean was never said.
+    pub misunderstood: BTreeSet<Name>,
 }
 
 /// An item at file level.

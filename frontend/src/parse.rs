@@ -8,7 +8,7 @@ use crate::library;
 use crate::message::{LIMIT, Messages, SYNTAX};
 use crate::options::Options;
 use crate::preprocess::preprocess;
-use crate::source::SourceMap;
+use crate::source::{Name, SourceMap};
 use crate::token::{Fixed, FloatConst, Tok, Token, tokens};
 use crate::trouble::Trouble;
 use srp_archdesc::diagnostic::{Diagnostic, Source, Span};
@@ -129,6 +129,7 @@ impl Attempt {
             messages: own,
         } = self;
         own.into_list().into_iter().for_each(|m| messages.push(m));
+        unit.misunderstood = misunderstood(&tokens, &trouble);
         for trouble in trouble {
             if let Some(message) = explain(&trouble, &tokens, end, sources) {
                 messages.push(message);
@@ -144,6 +145,21 @@ impl Attempt {
             || tokens.iter().any(single) && tokens.windows(2).any(open);
         unit
     }
+}
+
+/// The names behind words that stand for types and are none, and behind those that the lexer refused.
+fn misunderstood(tokens: &[Token], trouble: &[Trouble]) -> BTreeSet<Name> {
+    let refused = tokens.windows(2).filter(|pair| pair[0].tok == Tok::Bad);
+    let at = trouble.iter().map(|trouble| trouble.at);
+    let unknown = at.filter_map(|at| tokens.get(at.checked_sub(1)?..=at));
+    let unknown = unknown.filter(|pair| matches!(pair[0].tok, Tok::Ident(_)));
+    let names = refused
+        .chain(unknown)
+        .filter_map(|pair| match &pair[1].tok {
+            Tok::Ident(name) => Some(name.clone()),
+            _ => None,
+        });
+    names.collect()
 }
 
 /// True if a token may bring in numbers of 64 bits; `...` takes floats as doubles.

@@ -170,6 +170,9 @@ impl Checker<'_> {
                         Some(Type::Record(_)) => {
                             message.help("the members of what a pointer points to are `->`")
                         }
+                        _ if matches!(ty, Type::Vector(_)) => message.help(
+                            "the lanes of a vector `v` are `v[0]` to `v[3]`; `srp_swizzle(v, 3, 2, 1, 0)` orders them anew",
+                        ),
                         _ => message,
                     };
                     self.messages.push(message);

@@ -19,8 +19,17 @@ fn did_you_mean<'c>(name: &str, names: impl IntoIterator<Item = &'c str>) -> Opt
 }
 
 impl Checker<'_> {
-    /// Advice about a value or function that is not declared.
+    /// Advice about a value that is not declared.
     pub(super) fn advice_for_name(&self, name: &str) -> Option<String> {
+        self.advice_among(name, |symbol| !matches!(symbol, Symbol::Typedef(_)))
+    }
+
+    /// Advice about a function that is called and not declared.
+    pub(super) fn advice_for_function(&self, name: &str) -> Option<String> {
+        self.advice_among(name, |symbol| matches!(symbol, Symbol::Function(_)))
+    }
+
+    fn advice_among(&self, name: &str, wanted: impl Fn(&Symbol) -> bool) -> Option<String> {
         // What is an operation is told so.
         if name.starts_with("__") {
             return None;
@@ -28,8 +37,9 @@ impl Checker<'_> {
         if let Some(header) = library::header_of(name) {
             return Some(header);
         }
-        let known = self.names(|symbol| !matches!(symbol, Symbol::Typedef(_)));
+        let known = self.names(wanted);
         let macros = self.sources.macros.iter().map(|name| &**name);
+        let macros = macros.filter(|name| !name.ends_with("_H"));
         // What belongs to the program comes before what it could include.
         did_you_mean(name, known.into_iter().chain(macros))
             .or_else(|| did_you_mean(name, library::known_names().map(|known| known.name)))

@@ -187,8 +187,11 @@ impl Checker<'_> {
             self.types.pointee(lt).is_some(),
             self.types.pointee(rt).is_some(),
         );
+        let is_step = |ty| self.types.is_integer(ty) || self.is_error(ty);
         match (binary, pointers) {
             (_, (false, false)) => {}
+            (_, (true, false)) if !is_step(rt) => return self.no_operator(op, lt, rt, span),
+            (_, (false, true)) if !is_step(lt) => return self.no_operator(op, lt, rt, span),
             (BinaryOp::Add, (true, false)) => return self.offset(l, r, 1, span),
             (BinaryOp::Add, (false, true)) => return self.offset(r, l, 1, span),
             (BinaryOp::Sub, (true, false)) => return self.offset(l, r, -1, span),

@@ -204,7 +204,7 @@ impl Checker<'_> {
         let builtin = **name != *plain;
         if !builtin {
             let text = format!("the function `{name}` is called but not declared");
-            let advice = self.advice_for_name(name);
+            let advice = self.advice_for_function(name);
             if !self.is_library(span) {
                 let message = self.sources.warning(IMPLICIT_FUNCTION, span, text, "");
                 self.messages.push(match &advice {

@@ -226,6 +226,16 @@ impl Checker<'_> {
         e: crate::ast::ExprId,
         what: &str,
     ) -> Option<(i128, TypeId)> {
+        self.const_int_or(e, what, None)
+    }
+
+    /// The same; the error has advice.
+    pub(super) fn const_int_or(
+        &mut self,
+        e: crate::ast::ExprId,
+        what: &str,
+        advice: Option<&str>,
+    ) -> Option<(i128, TypeId)> {
         let value = self.value(e);
         let ty = self.ty(value);
         if self.is_error(ty) {
@@ -236,7 +246,7 @@ impl Checker<'_> {
             _ => {
                 let span = self.span(value);
                 let text = format!("{what} must be an integer constant");
-                self.error(NOT_CONSTANT, span, text, "");
+                self.error_advice(NOT_CONSTANT, span, text, advice.map(str::to_owned));
                 None
             }
         }

@@ -275,7 +275,8 @@ impl Checker<'_> {
             None => None,
             Some(e) => {
                 let at = self.unit.exprs[e].span;
-                match self.const_int(e, "the length of an array") {
+                let advice = "arrays of variable length are not supported: take the largest length, by `#define` or `enum`";
+                match self.const_int_or(e, "the length of an array", Some(advice)) {
                     None => return error,
                     Some((length, _)) if length < 0 => {
                         self.error(BAD_TYPE, at, "the length of an array is negative", "");

@@ -237,6 +237,10 @@ impl Checker<'_> {
                 let function = self.context.function.clone().unwrap_or_else(|| "".into());
                 Operand::Place(self.string(function.as_bytes(), span))
             }
+            // It would follow from what the parser has said.
+            None if self.unit.misunderstood.contains(name) => {
+                Operand::Value(self.error_value(span))
+            }
             None => {
                 let text = match name.starts_with("__srp_") {
                     true => format!("`{name}` is an operation and can only be called"),
