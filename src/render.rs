@@ -294,10 +294,17 @@ impl Timed<'_> {
         if !report.complete {
             return Err(Failure::Interrupted);
         }
+        if report.tni().unit.hits == 0 {
+            talk::complain(NOTHING_SEEN);
+        }
         talk::say(args.output.display());
         Ok(())
     }
 }
+
+/// Said of a frame that is its background alone.
+const NOTHING_SEEN: &str = "warning: no ray meets the scene; a camera has a position and a direction, not a point to look \
+                            at: --camera X,Y,Z/DX,DY,DZ/FOV";
 
 /// Refuses a profile, a trace or a history where the cycles are not counted one by one.
 fn check_profiled(args: &Render) -> Result<(), Failure> {
