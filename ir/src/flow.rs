@@ -222,6 +222,12 @@ impl Loops {
         self.innermost[block]
     }
 
+    /// True if a block is the header of a loop.
+    pub fn is_header(&self, block: Block) -> bool {
+        let around = self.innermost[block];
+        around.is_some_and(|id| self.loops[id].header == block)
+    }
+
     /// True if a block is in a loop.
     pub fn contains(&self, of: Loop, block: Block) -> bool {
         let mut at = self.innermost[block];

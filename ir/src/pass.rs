@@ -13,6 +13,7 @@ mod cycle;
 mod dce;
 mod dead_loops;
 mod dead_stores;
+mod defs;
 mod fast_math;
 mod fold;
 mod guards;

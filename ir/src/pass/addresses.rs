@@ -1,8 +1,8 @@
 //! Addresses as sums whose constant comes last: `a + ((i + 1) << 2)` becomes `(a + (i << 2)) + 4`. The
 //! constant goes into the access, and the copies of an unrolled loop share what is left.
 
+use super::defs::Defs;
 use crate::program::*;
-use rustc_hash::FxHashMap;
 use srp_archdesc::isa::Opcode;
 
 /// Values whose sum an address is taken for.
@@ -10,11 +10,7 @@ const MAX_TERMS: usize = 4;
 
 /// Puts the constants of addresses last.
 pub(crate) fn addresses(func: &mut Function) -> bool {
-    let mut defs = FxHashMap::default();
-    for &inst in func.layout.iter().flat_map(|&b| &func.blocks[b].insts) {
-        let results = func.insts[inst].results.iter();
-        defs.extend(results.map(|&v| (v, inst)));
-    }
+    let defs = Defs::of(func);
     let mut changed = false;
     for block in func.layout.clone() {
         for inst in std::mem::take(&mut func.blocks[block].insts) {
@@ -43,15 +39,8 @@ struct Sum {
 
 impl Sum {
     /// An address as a sum, if that finds a constant which is not the last summand already.
-    fn of(func: &Function, defs: &FxHashMap<Value, Inst>, address: Value) -> Option<Sum> {
-        let op = |value: Value| match &func.insts[*defs.get(&value)?].kind {
-            InstKind::Op { op, args, .. } => Some((*op, [*args.first()?, *args.get(1)?])),
-            _ => None,
-        };
-        let constant = |value: Value| match func.insts[*defs.get(&value)?].kind {
-            InstKind::Const(Bits::Word(word)) => Some(word),
-            _ => None,
-        };
+    fn of(func: &Function, defs: &Defs, address: Value) -> Option<Sum> {
+        let constant = |value: Value| defs.word(func, value);
         let mut sum = Sum {
             terms: Vec::new(),
             constant: 0,
@@ -66,11 +55,11 @@ impl Sum {
                 continue;
             }
             let fits = sum.terms.len() + open.len() + 2 <= MAX_TERMS;
-            match op(value) {
-                Some((Opcode::Add, [a, b])) if fits => {
+            match defs.op(func, value) {
+                Some((Opcode::Add, &[a, b])) if fits => {
                     open.extend([(a, shift, depth + 1), (b, shift, depth + 1)]);
                 }
-                Some((Opcode::Shl, [a, by])) if shift == 0 => match constant(by) {
+                Some((Opcode::Shl, &[a, by])) if shift == 0 => match constant(by) {
                     Some(by @ 1..=8) => open.push((a, by, depth)),
                     _ => sum.terms.push((value, shift)),
                 },

@@ -1,6 +1,7 @@
 //! Loops that do nothing: without effects, with no value that is used behind them, and with a test that
 //! certainly ends them.
 
+use super::defs::Defs;
 use super::preheader;
 use super::unroll::trip;
 use crate::flow::{Cfg, Dominators, LoopData, Loops};
@@ -8,6 +9,7 @@ use crate::program::*;
 use rustc_hash::FxHashSet;
 use srp_archdesc::arch::Precision;
 use srp_archdesc::isa::{Effect, Opcode};
+use std::cell::LazyCell;
 
 /// Iterations up to which a number is looked for.
 const MAX_TRIP: u32 = 4096;
@@ -28,6 +30,7 @@ fn dead_loop(func: &Function, precision: &Precision) -> Option<(Block, Target)> 
     let cfg = Cfg::of(func);
     let dominators = Dominators::of(&cfg);
     let loops = Loops::of(&cfg, &dominators);
+    let defs = LazyCell::new(|| Defs::of(func));
     loops.loops.iter().find_map(|(id, data)| {
         let innermost = loops.loops.values().all(|l| l.parent != Some(id));
         let before = preheader::find(func, &cfg, data)?;
@@ -35,7 +38,7 @@ fn dead_loop(func: &Function, precision: &Precision) -> Option<(Block, Target)> 
         let exit = exit(func, data, &made)?;
         let ends = || {
             trip(func, &dominators, data, MAX_TRIP, precision).is_some()
-                || counts(func, data, &dominators, &made)
+                || counts(func, &defs, data, &dominators, &made)
         };
         (innermost && !used_outside(func, data, &made) && ends()).then_some((before, exit))
     })
@@ -93,6 +96,7 @@ fn used_outside(func: &Function, data: &LoopData, made: &FxHashSet<Value>) -> bo
 /// is reached.
 fn counts(
     func: &Function,
+    defs: &Defs,
     data: &LoopData,
     dominators: &Dominators,
     made: &FxHashSet<Value>,
@@ -100,12 +104,7 @@ fn counts(
     let [latch] = data.latches[..] else {
         return false;
     };
-    let insts = || func.layout.iter().flat_map(|&b| &func.blocks[b].insts);
-    let def = |value: Value| {
-        let inst = insts().find(|&&i| func.insts[i].results.contains(&value))?;
-        Some(&func.insts[*inst].kind)
-    };
-    let is_one = |v: Value| matches!(def(v), Some(InstKind::Const(Bits::Word(1))));
+    let is_one = |v: Value| defs.word(func, v) == Some(1);
     let next = |param: Value| {
         let place = func.blocks[data.header].params.iter();
         let place = place.into_iter().position(|&p| p == param)?;
@@ -114,12 +113,8 @@ fn counts(
         let back = backs.next()?;
         backs.next().is_none().then(|| back.args[place])
     };
-    let grows = |value: Value, from: Value| match def(value) {
-        Some(InstKind::Op {
-            op: Opcode::Add,
-            args,
-            ..
-        }) => args[0] == from && is_one(args[1]) || args[1] == from && is_one(args[0]),
+    let grows = |value: Value, from: Value| match defs.op(func, value) {
+        Some((Opcode::Add, &[a, b])) => a == from && is_one(b) || b == from && is_one(a),
         _ => false,
     };
     let counter = |value: Value| {
@@ -134,12 +129,12 @@ fn counts(
         };
         let inside = |b: Block| data.blocks.contains(&b);
         let ends = func.blocks[block].end.targets().any(|t| !inside(t.block));
-        let Some(InstKind::Op { op, args, .. }) = def(*cond) else {
+        let Some((op, args)) = defs.op(func, *cond) else {
             return false;
         };
         let stays = match inside(then.block) {
             true => matches!(op, Opcode::Lt | Opcode::Ltu | Opcode::Ne),
-            false => *op == Opcode::Eq,
+            false => op == Opcode::Eq,
         };
         let limit = args.get(1).is_some_and(|limit| !made.contains(limit));
         ends && stays && limit && dominators.dominates(block, latch) && counter(args[0])

@@ -4,12 +4,12 @@
 //! Integers wrap, so sums may be regrouped: the constants of an address move into the immediate of
 //! its load or store.
 
+use super::defs::Defs;
 use super::order::Stage;
 use super::rename::Renames;
 use crate::flow::Cfg;
 use crate::program::*;
 use srp_archdesc::arch::Precision;
-use srp_archdesc::entity::Entity;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use srp_archdesc::ops;
 
@@ -30,14 +30,7 @@ const LOOK_BACK: u32 = 6;
 /// of this precision.
 pub(crate) fn fold(func: &mut Function, precision: &Precision, stage: Stage) -> bool {
     let order = Cfg::of(func).order;
-    let mut defs = vec![None; func.values.len()];
-    for &block in &order {
-        for &inst in &func.blocks[block].insts {
-            for result in &func.insts[inst].results {
-                defs[result.index()] = Some(inst);
-            }
-        }
-    }
+    let defs = Defs::within(func, &order);
     let mut folder = Folder {
         func,
         precision,
@@ -66,8 +59,7 @@ struct Folder<'a> {
     func: &'a mut Function,
     precision: &'a Precision,
     stage: Stage,
-    /// The instruction that defines a value, by index; none for parameters.
-    defs: Vec<Option<Inst>>,
+    defs: Defs,
     renames: Renames,
     /// The instructions of the block so far.
     out: Vec<Inst>,
@@ -143,10 +135,9 @@ impl Folder<'_> {
         }
     }
 
-    /// Returns the instruction that defines a value.
+    /// The instruction that defines a value.
     fn kind_of(&self, value: Value) -> Option<&InstKind> {
-        let inst = self.defs.get(value.index()).copied().flatten()?;
-        Some(&self.func.insts[inst].kind)
+        self.defs.kind(self.func, value)
     }
 
     /// The constant that a value is.
@@ -200,10 +191,8 @@ impl Folder<'_> {
     fn make(&mut self, kind: InstKind, ty: Ty) -> Value {
         let inst = self.func.make_inst(kind, &[ty], self.pos);
         self.out.push(inst);
-        let value = self.func.insts[inst].results[0];
-        self.defs.resize(value.index() + 1, None);
-        self.defs[value.index()] = Some(inst);
-        value
+        self.defs.add(self.func, inst);
+        self.func.insts[inst].results[0]
     }
 
     /// The value of an operation, made here if it does not simplify to one that is there.

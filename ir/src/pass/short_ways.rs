@@ -9,6 +9,7 @@
 //! the short one (superblocks, Hwu et al. 1993), and the header gets a block before it to which the long ways
 //! go back.
 
+use super::defs::Defs;
 use super::hyperblock::size;
 use super::unroll::{copy, keep_in_slots};
 use crate::flow::{Cfg, Dominators, Loop, LoopData, Loops};
@@ -35,11 +36,15 @@ pub(crate) fn short_ways(func: &mut Function) -> bool {
 fn change(func: &mut Function) -> bool {
     let cfg = Cfg::of(func);
     let loops = Loops::of(&cfg, &Dominators::of(&cfg));
+    if loops.loops.is_empty() {
+        return false;
+    }
+    let defs = Defs::of(func);
     loops.loops.iter().any(|(id, data)| {
         if data.header == func.entry() || launches(func, data) {
             return false;
         }
-        let ways = Ways::of(func, &cfg, &loops, id, data);
+        let ways = Ways::of(func, &defs, &cfg, (&loops, id));
         ways.has_long && (ways.double(func) || ways.divide(func))
     })
 }
@@ -65,7 +70,8 @@ struct Ways<'a> {
 }
 
 impl<'a> Ways<'a> {
-    fn of(func: &Function, cfg: &'a Cfg, loops: &Loops, id: Loop, data: &'a LoopData) -> Ways<'a> {
+    fn of(func: &Function, defs: &Defs, cfg: &'a Cfg, (loops, id): (&'a Loops, Loop)) -> Ways<'a> {
+        let data = &loops.loops[id];
         let count = func.blocks.len();
         let mut ways = Ways {
             cfg,
@@ -75,7 +81,6 @@ impl<'a> Ways<'a> {
             tests: EntityMap::filled(count, false),
             has_long: false,
         };
-        let defs = Defs::of(func);
         for &block in &data.blocks {
             ways.long[block] = loops.innermost(block) != Some(id) || size(func, block).is_none();
             ways.has_long |= ways.long[block];
@@ -85,15 +90,14 @@ impl<'a> Ways<'a> {
             let is_header = block == data.header;
             let all = is_header || cfg.preds[block].iter().all(|&p| ways.leads(p));
             ways.short[block] = all && !ways.long[block];
-            let is_header = |block: Block| loops.loops.values().any(|l| l.header == block);
             let heads = |t: &Target| match &func.blocks[t.block].end {
-                Terminator::Jump(on) if !is_header(t.block) => is_header(on.block),
-                _ => is_header(t.block),
+                Terminator::Jump(on) if !loops.is_header(t.block) => loops.is_header(on.block),
+                _ => loops.is_header(t.block),
             };
             let mut targets = func.blocks[block].end.targets();
             let back = |t: &Target| t.block == data.header || goes_to(func, t.block, data.header);
             let inside = targets.find(|t| heads(t) && !back(t));
-            ways.tests[block] = inside.is_some_and(|t| !defs.wants_equals(func, block, t));
+            ways.tests[block] = inside.is_some_and(|t| !wants_equals(func, defs, block, t));
         }
         ways
     }
@@ -187,44 +191,23 @@ fn goes_to(func: &Function, from: Block, to: Block) -> bool {
     matches!(&func.blocks[from].end, Terminator::Jump(target) if target.block == to)
 }
 
-/// The instructions that define values.
-struct Defs(EntityMap<Value, Option<Inst>>);
-
-impl Defs {
-    fn of(func: &Function) -> Defs {
-        let mut defs = EntityMap::filled(func.values.len(), None);
-        for &inst in func.layout.iter().flat_map(|&b| &func.blocks[b].insts) {
-            for &result in &func.insts[inst].results {
-                defs[result] = Some(inst);
+/// True if a block goes to a target only where two values are equal.
+fn wants_equals(func: &Function, defs: &Defs, block: Block, target: &Target) -> bool {
+    let Terminator::Branch { cond, then, .. } = &func.blocks[block].end else {
+        return false;
+    };
+    let mut open = vec![(*cond, then.block == target.block)];
+    while let Some((value, sense)) = open.pop() {
+        match (defs.op(func, value), sense) {
+            (Some((Opcode::Eq, _)), true) | (Some((Opcode::Ne, _)), false) => return true,
+            (Some((Opcode::Pnot, args)), _) => open.push((args[0], !sense)),
+            (Some((Opcode::Pand, args)), true) | (Some((Opcode::Por, args)), false) => {
+                open.extend(args.iter().map(|&v| (v, sense)));
             }
+            _ => {}
         }
-        Defs(defs)
     }
-
-    /// True if a block goes to a target only where two values are equal.
-    fn wants_equals(&self, func: &Function, block: Block, target: &Target) -> bool {
-        let Terminator::Branch { cond, then, .. } = &func.blocks[block].end else {
-            return false;
-        };
-        let mut open = vec![(*cond, then.block == target.block)];
-        while let Some((value, sense)) = open.pop() {
-            let Some(inst) = self.0[value] else {
-                continue;
-            };
-            let InstKind::Op { op, args, .. } = &func.insts[inst].kind else {
-                continue;
-            };
-            match (op, sense) {
-                (Opcode::Eq, true) | (Opcode::Ne, false) => return true,
-                (Opcode::Pnot, _) => open.push((args[0], !sense)),
-                (Opcode::Pand, true) | (Opcode::Por, false) => {
-                    open.extend(args.iter().map(|&v| (v, sense)));
-                }
-                _ => {}
-            }
-        }
-        false
-    }
+    false
 }
 
 fn retarget(func: &mut Function, from: Block, old: Block, new: Block) {

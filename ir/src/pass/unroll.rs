@@ -4,11 +4,11 @@
 //! launched. Where all loops inside a marked one run a constant, small number of times, they are
 //! written out, and the loop around them becomes the kernel, if that is estimated to take less time.
 
+use super::defs::Defs;
 use crate::flow::{Cfg, Dominators, Loop, LoopData, Loops};
 use crate::program::*;
 use rustc_hash::FxHashMap;
 use srp_archdesc::arch::Precision;
-use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::ops;
 
@@ -32,6 +32,9 @@ const MAX_DEPTH: u32 = 24;
 /// Unrolls the loops inside marked ones; whether there were any. A loop with a pragma of its own
 /// stays, and so do all loops beside it.
 pub(crate) fn unroll(program: &mut Program, precision: &Precision) -> bool {
+    if !program.funcs.values().any(has_marks) {
+        return false;
+    }
     let callees = Callees::of(program);
     let mut changed = false;
     for func in program.funcs.values_mut() {
@@ -42,9 +45,13 @@ pub(crate) fn unroll(program: &mut Program, precision: &Precision) -> bool {
     changed
 }
 
+fn has_marks(func: &Function) -> bool {
+    func.layout.iter().any(|&b| func.blocks[b].kernel.is_some())
+}
+
 /// Forgets the marks of loops that count only without loops inside them and still have some.
 pub(crate) fn unnest(func: &mut Function) -> bool {
-    if func.layout.iter().all(|&b| func.blocks[b].kernel.is_none()) {
+    if !has_marks(func) {
         return false;
     }
     let cfg = Cfg::of(func);
@@ -63,7 +70,7 @@ pub(crate) fn unnest(func: &mut Function) -> bool {
 
 /// Unrolls all loops inside one marked loop, if there is one whose loops can be.
 fn unroll_in_one(func: &mut Function, callees: &Callees, precision: &Precision) -> bool {
-    if func.layout.iter().all(|&b| func.blocks[b].kernel.is_none()) {
+    if !has_marks(func) {
         return false;
     }
     let cfg = Cfg::of(func);
@@ -195,6 +202,9 @@ pub(super) fn trip(
             (inside(then) != inside(other)).then(|| (block, *cond, inside(then)))
         })
         .collect();
+    if tests.is_empty() {
+        return None;
+    }
     let mut known = Known::of(func, precision);
     // All ways in have to agree.
     let first = |(place, &v): (usize, &Value)| {
@@ -227,23 +237,17 @@ pub(super) fn trip(
 struct Known<'a> {
     func: &'a Function,
     precision: &'a Precision,
-    defs: EntityMap<Value, Option<Inst>>,
+    defs: Defs,
     params: FxHashMap<Value, ops::Value>,
     memo: FxHashMap<Value, Option<ops::Value>>,
 }
 
 impl<'a> Known<'a> {
     fn of(func: &'a Function, precision: &'a Precision) -> Known<'a> {
-        let mut defs = EntityMap::filled(func.values.len(), None);
-        for &inst in func.layout.iter().flat_map(|&b| &func.blocks[b].insts) {
-            for &result in &func.insts[inst].results {
-                defs[result] = Some(inst);
-            }
-        }
         Known {
             func,
             precision,
-            defs,
+            defs: Defs::of(func),
             params: FxHashMap::default(),
             memo: FxHashMap::default(),
         }
@@ -259,7 +263,7 @@ impl<'a> Known<'a> {
         if depth > MAX_DEPTH {
             return None;
         }
-        let found = match &self.func.insts[self.defs[value]?].kind {
+        let found = match self.defs.kind(self.func, value)? {
             InstKind::Const(bits) => Some(ops::Value::from(*bits)),
             InstKind::Op { op, args, imm } if op.is_pure() => {
                 let args: Option<Vec<ops::Value>> =

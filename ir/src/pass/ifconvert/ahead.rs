@@ -10,6 +10,7 @@
 
 use crate::flow::LoopData;
 use crate::pass::alias::{Object, Objects};
+use crate::pass::defs::Defs;
 use crate::program::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use srp_archdesc::entity::EntityMap;
@@ -207,24 +208,15 @@ fn inside(func: &Function, data: &LoopData) -> FxHashSet<Value> {
 struct Sizes<'a> {
     func: &'a Function,
     globals: &'a EntityMap<Global, GlobalData>,
-    made: FxHashMap<Value, Inst>,
+    defs: Defs,
     /// The values that jumps bring to the parameters of blocks.
     brought: FxHashMap<Value, Vec<Value>>,
 }
 
 impl<'a> Sizes<'a> {
     fn of(func: &'a Function, globals: &'a EntityMap<Global, GlobalData>) -> Sizes<'a> {
-        let mut made = FxHashMap::default();
         let mut brought = FxHashMap::<Value, Vec<Value>>::default();
         for block in func.layout.iter().map(|&block| &func.blocks[block]) {
-            for &inst in &block.insts {
-                made.extend(
-                    func.insts[inst]
-                        .results
-                        .iter()
-                        .map(|&result| (result, inst)),
-                );
-            }
             for target in block.end.targets() {
                 let params = &func.blocks[target.block].params;
                 for (&param, &arg) in params.iter().zip(&target.args) {
@@ -239,7 +231,7 @@ impl<'a> Sizes<'a> {
         Sizes {
             func,
             globals,
-            made,
+            defs: Defs::of(func),
             brought,
         }
     }
@@ -338,15 +330,12 @@ impl<'a> Sizes<'a> {
     }
 
     fn constant(&self, value: Value) -> Option<u32> {
-        match self.definition(value) {
-            Definition::Made(InstKind::Const(Bits::Word(word))) => Some(*word),
-            _ => None,
-        }
+        self.defs.word(self.func, value)
     }
 
     fn definition(&self, value: Value) -> Definition<'_> {
-        if let Some(&inst) = self.made.get(&value) {
-            return Definition::Made(&self.func.insts[inst].kind);
+        if let Some(kind) = self.defs.kind(self.func, value) {
+            return Definition::Made(kind);
         }
         match self.brought.get(&value) {
             Some(values) => Definition::Brought(values),

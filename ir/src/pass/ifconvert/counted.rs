@@ -5,6 +5,7 @@
 //! [chunks](super::exits) instead.
 
 use crate::flow::LoopData;
+use crate::pass::defs::Defs;
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Opcode, Ty};
@@ -31,13 +32,12 @@ pub(super) struct Within<'a> {
     func: &'a Function,
     data: &'a LoopData,
     inside: EntityMap<Value, bool>,
-    made: EntityMap<Value, Option<Inst>>,
+    defs: Defs,
 }
 
 impl Within<'_> {
     pub(super) fn of<'a>(func: &'a Function, data: &'a LoopData) -> Within<'a> {
         let mut inside = EntityMap::filled(func.values.len(), false);
-        let mut made = EntityMap::filled(func.values.len(), None);
         for &block in &data.blocks {
             for &param in &func.blocks[block].params {
                 inside[param] = true;
@@ -45,7 +45,6 @@ impl Within<'_> {
             for &inst in &func.blocks[block].insts {
                 for &result in &func.insts[inst].results {
                     inside[result] = true;
-                    made[result] = Some(inst);
                 }
             }
         }
@@ -53,15 +52,12 @@ impl Within<'_> {
             func,
             data,
             inside,
-            made,
+            defs: Defs::within(func, &data.blocks),
         }
     }
 
     fn op(&self, value: Value) -> Option<(Opcode, &[Value])> {
-        match &self.func.insts[self.made[value]?].kind {
-            InstKind::Op { op, args, .. } => Some((*op, args)),
-            _ => None,
-        }
+        self.defs.op(self.func, value)
     }
 
     /// True for a comparison of integers that are [regular](Within::is_regular).
@@ -82,16 +78,14 @@ impl Within<'_> {
         if !self.inside[value] {
             return true;
         }
-        let Some(inst) = self.made[value] else {
-            return false;
-        };
-        match &self.func.insts[inst].kind {
-            InstKind::Op { op, args, .. } => {
+        match self.defs.kind(self.func, value) {
+            None => false,
+            Some(InstKind::Op { op, args, .. }) => {
                 let same = |&v: &Value| self.is_unchanging(v, depth + 1);
                 depth < MAX_DEPTH && op.is_pure() && args.iter().all(same)
             }
-            InstKind::Call { .. } | InstKind::Launch { .. } => false,
-            _ => true,
+            Some(InstKind::Call { .. } | InstKind::Launch { .. }) => false,
+            Some(_) => true,
         }
     }
 

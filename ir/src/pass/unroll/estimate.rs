@@ -114,16 +114,17 @@ impl Callees {
         let mut callees = Callees {
             simple: EntityMap::filled(program.funcs.len(), None),
         };
+        let has_loops = |func: &Function| {
+            let cfg = Cfg::of(func);
+            !Loops::of(&cfg, &Dominators::of(&cfg)).loops.is_empty()
+        };
+        let mut straight: Vec<(Func, &Function)> = program.funcs.iter().collect();
+        straight.retain(|(_, func)| !has_loops(func));
         // Callees first, as deep as functions are called in practice.
         for _ in 0..4 {
             let mut changed = false;
-            for (id, func) in program.funcs.iter() {
+            for &(id, func) in &straight {
                 if callees.simple[id].is_some() {
-                    continue;
-                }
-                let cfg = Cfg::of(func);
-                let loops = Loops::of(&cfg, &Dominators::of(&cfg));
-                if loops.loops.keys().next().is_some() {
                     continue;
                 }
                 let mut work = Work::default();
