@@ -1,7 +1,7 @@
 //! The stores to the slots of a function before its passes, and their order.
 
 use srp_archdesc::isa::Effect;
-use srp_ir::flow::{Cfg, Dominators, Loops};
+use srp_ir::flow::Flow;
 use srp_ir::program::{
     Bits, Block, Function, Inst, InstData, InstKind, Pos, Slot, Terminator, Value,
 };
@@ -33,15 +33,11 @@ pub(crate) struct Stored<'a> {
     pub(crate) constants: BTreeMap<Value, Bits>,
     made_by: BTreeMap<Value, Inst>,
     addresses: BTreeMap<Value, Slot>,
-    cfg: Cfg,
-    dominators: Dominators,
-    loops: Loops,
+    flow: Flow,
 }
 
 impl<'a> Stored<'a> {
     pub(crate) fn of(function: &'a Function) -> Stored<'a> {
-        let cfg = Cfg::of(function);
-        let dominators = Dominators::of(&cfg);
         let mut stored = Stored {
             function,
             slots: BTreeMap::new(),
@@ -50,9 +46,7 @@ impl<'a> Stored<'a> {
             constants: BTreeMap::new(),
             made_by: BTreeMap::new(),
             addresses: BTreeMap::new(),
-            loops: Loops::of(&cfg, &dominators),
-            cfg,
-            dominators,
+            flow: Flow::of(function),
         };
         for inst in insts(function) {
             stored.add(inst);
@@ -162,13 +156,13 @@ impl<'a> Stored<'a> {
 
     /// True if no other store is in the innermost loop, or outside of loops where it is in none.
     pub(crate) fn is_alone(&self, store: &Store, all: &[Store]) -> bool {
-        let is_beside = |other: &Store| match self.loops.innermost(store.block) {
-            Some(of) => self.loops.contains(of, other.block),
-            None => self.loops.innermost(other.block).is_none(),
+        let is_beside = |other: &Store| match self.flow.loops.innermost(store.block) {
+            Some(of) => self.flow.loops.loops[of].contains(other.block),
+            None => self.flow.loops.innermost(other.block).is_none(),
         };
         // Constants and copies outside of loops are judged by whether they come first.
         let is_judged = |other: &&Store| {
-            self.loops.innermost(store.block).is_some() || self.maker(other).is_some()
+            self.flow.loops.innermost(store.block).is_some() || self.maker(other).is_some()
         };
         let beside = all
             .iter()
@@ -179,21 +173,17 @@ impl<'a> Stored<'a> {
 
     /// True if an iteration of the innermost loop, or a call where there is none, need not come to a store.
     pub(crate) fn is_conditional(&self, store: &Store) -> bool {
-        let always = |block: Block| self.dominators.dominates(store.block, block);
-        let Some(of) = self.loops.innermost(store.block) else {
+        let always = |block: Block| self.flow.dominators.dominates(store.block, block);
+        let Some(of) = self.flow.loops.innermost(store.block) else {
             let blocks = self.function.layout.iter().copied();
             let ends = |&block: &Block| {
-                self.cfg.is_reached(block)
+                self.flow.cfg.is_reached(block)
                     && matches!(self.function.blocks[block].end, Terminator::Return(_))
             };
             return !blocks.filter(ends).all(always);
         };
-        let data = &self.loops.loops[of];
-        let leaves = |&&block: &&Block| {
-            let mut targets = self.function.blocks[block].end.targets();
-            targets.any(|target| !self.loops.contains(of, target.block))
-        };
-        let ways_out = data.blocks.iter().filter(leaves).count();
+        let data = &self.flow.loops.loops[of];
+        let ways_out = data.exits(self.function).count();
         ways_out > 1 || !data.latches.iter().all(|&latch| always(latch))
     }
 
@@ -215,12 +205,12 @@ impl<'a> Stored<'a> {
     }
 
     pub(crate) fn is_in_loop(&self, store: &Store) -> bool {
-        self.loops.innermost(store.block).is_some()
+        self.flow.loops.innermost(store.block).is_some()
     }
 
     /// The place of the innermost loop, where it may run on the array.
     pub(crate) fn loop_of(&self, store: &Store) -> Option<Pos> {
-        let header = self.loops.loops[self.loops.innermost(store.block)?].header;
+        let header = self.flow.loops.loops[self.flow.loops.innermost(store.block)?].header;
         let mark = self.function.blocks[header].kernel.as_ref();
         mark.map(|mark| mark.pos)
     }
@@ -229,8 +219,8 @@ impl<'a> Stored<'a> {
     pub(crate) fn comes_first(&self, store: &Store, all: &[Store]) -> bool {
         let is_before = |other: &Store| match store.block == other.block {
             true => store.number <= other.number,
-            false => self.dominators.dominates(store.block, other.block),
+            false => self.flow.dominators.dominates(store.block, other.block),
         };
-        self.loops.innermost(store.block).is_none() && all.iter().all(is_before)
+        self.flow.loops.innermost(store.block).is_none() && all.iter().all(is_before)
     }
 }

@@ -1,13 +1,39 @@
 //! Control flow of a function: predecessors, dominators, loops. Derived, never edited; made anew
 //! after a change.
 
-use crate::program::{Block, Function};
+use crate::program::{Block, Function, Target};
+use rustc_hash::FxHashSet;
 use srp_archdesc::entity;
 use srp_archdesc::entity::EntityMap;
 
 entity! {
     /// A natural loop of one function.
     Loop = "loop";
+}
+
+/// The control flow of a function in all its parts.
+#[derive(Clone, Debug)]
+pub struct Flow {
+    /// Predecessors, and an order of the blocks.
+    pub cfg: Cfg,
+    /// The dominator tree.
+    pub dominators: Dominators,
+    /// The natural loops.
+    pub loops: Loops,
+}
+
+impl Flow {
+    /// The control flow of a function.
+    pub fn of(func: &Function) -> Flow {
+        let cfg = Cfg::of(func);
+        let dominators = Dominators::of(&cfg);
+        let loops = Loops::of(&cfg, &dominators);
+        Flow {
+            cfg,
+            dominators,
+            loops,
+        }
+    }
 }
 
 /// Predecessors and an order of the blocks that can be reached.
@@ -187,6 +213,29 @@ pub struct LoopData {
     pub blocks: Vec<Block>,
     /// The loop round it.
     pub parent: Option<Loop>,
+    members: FxHashSet<Block>,
+}
+
+impl LoopData {
+    /// True if a block is in the loop.
+    pub fn contains(&self, block: Block) -> bool {
+        self.members.contains(&block)
+    }
+
+    /// True if a jump at the end of a block goes out of the loop.
+    pub fn is_left_at(&self, func: &Function, block: Block) -> bool {
+        let mut targets = func.blocks[block].end.targets();
+        targets.any(|t| !self.contains(t.block))
+    }
+
+    /// The jumps out of the loop, each with the block that ends in it.
+    pub fn exits<'a>(&'a self, func: &'a Function) -> impl Iterator<Item = (Block, &'a Target)> {
+        let jumps = self.blocks.iter().flat_map(|&from| {
+            let targets = func.blocks[from].end.targets();
+            targets.map(move |target| (from, target))
+        });
+        jumps.filter(|(_, target)| !self.contains(target.block))
+    }
 }
 
 impl Loops {
@@ -203,12 +252,13 @@ impl Loops {
                 continue;
             }
             let parent = innermost[header];
-            let blocks = body(cfg, header, &latches);
+            let (blocks, members) = body(cfg, header, &latches);
             let id = loops.push(LoopData {
                 header,
                 latches,
                 blocks,
                 parent,
+                members,
             });
             for &block in &loops[id].blocks {
                 innermost[block] = Some(id);
@@ -228,23 +278,22 @@ impl Loops {
         around.is_some_and(|id| self.loops[id].header == block)
     }
 
-    /// True if a block is in a loop.
-    pub fn contains(&self, of: Loop, block: Block) -> bool {
-        let mut at = self.innermost[block];
-        while let Some(id) = at {
-            if id == of {
-                return true;
-            }
-            at = self.loops[id].parent;
-        }
-        false
+    /// The loops right inside one.
+    pub fn inside(&self, outer: Loop) -> impl Iterator<Item = (Loop, &LoopData)> {
+        let loops = self.loops.iter();
+        loops.filter(move |(_, data)| data.parent == Some(outer))
+    }
+
+    /// True if no loop is inside this one.
+    pub fn is_innermost(&self, of: Loop) -> bool {
+        self.inside(of).next().is_none()
     }
 }
 
-/// The blocks that reach a latch without passing the header.
-fn body(cfg: &Cfg, header: Block, latches: &[Block]) -> Vec<Block> {
+/// The blocks that reach a latch without passing the header, in order, and as a set.
+fn body(cfg: &Cfg, header: Block, latches: &[Block]) -> (Vec<Block>, FxHashSet<Block>) {
     let mut blocks = vec![header];
-    let mut seen = rustc_hash::FxHashSet::default();
+    let mut seen = FxHashSet::default();
     seen.insert(header);
     let mut work = latches.to_vec();
     while let Some(block) = work.pop() {
@@ -254,5 +303,5 @@ fn body(cfg: &Cfg, header: Block, latches: &[Block]) -> Vec<Block> {
         }
     }
     blocks.sort_by_key(|&block| cfg.position(block));
-    blocks
+    (blocks, seen)
 }

@@ -347,7 +347,29 @@ pub enum Terminator {
     Unreachable,
 }
 
+impl Target {
+    /// A jump to a block without parameters.
+    pub fn to(block: Block) -> Target {
+        Target {
+            block,
+            args: Vec::new(),
+        }
+    }
+}
+
 impl Terminator {
+    /// True for one that always goes to this block.
+    pub fn is_jump_to(&self, block: Block) -> bool {
+        matches!(self, Terminator::Jump(target) if target.block == block)
+    }
+
+    /// Lets what goes to one block go to another, which takes the same arguments.
+    pub fn retarget(&mut self, old: Block, new: Block) {
+        for target in self.targets_mut().filter(|t| t.block == old) {
+            target.block = new;
+        }
+    }
+
     /// The targets, in order.
     pub fn targets(&self) -> impl Iterator<Item = &Target> {
         let (a, b) = match self {

@@ -8,7 +8,7 @@
 use super::nearby::Facts;
 use super::preheader::{self, with_preheaders};
 use super::rename::Renames;
-use crate::flow::{Cfg, Dominators, LoopData, Loops};
+use crate::flow::{Cfg, Flow, LoopData};
 use crate::program::*;
 use srp_archdesc::isa::{Effect, Opcode};
 
@@ -17,8 +17,7 @@ const MAX_BEFORE: usize = 4;
 
 /// Carries values that loops have loaded from one iteration to the next.
 pub(crate) fn carry(func: &mut Function) -> bool {
-    let cfg = Cfg::of(func);
-    let loops = Loops::of(&cfg, &Dominators::of(&cfg));
+    let Flow { cfg, loops, .. } = Flow::of(func);
     let facts = Facts::of(func);
     let mut renames = Renames::default();
     for data in loops.loops.values() {
@@ -54,7 +53,7 @@ pub(crate) fn forward(func: &mut Function) -> bool {
     if (func.layout.iter()).all(|&block| func.blocks[block].kernel.is_none()) {
         return false;
     }
-    let (cfg, _, loops) = with_preheaders(func);
+    let Flow { cfg, loops, .. } = with_preheaders(func);
     let facts = Facts::of(func);
     let mut renames = Renames::default();
     for data in loops.loops.values() {

@@ -2,7 +2,7 @@
 
 use super::Remark;
 use super::rename::Renames;
-use crate::flow::{Cfg, Dominators, Loops};
+use crate::flow::{Cfg, Flow};
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Opcode;
@@ -142,12 +142,10 @@ fn skip_empty(func: &mut Function, nests: Nests) -> bool {
 
 /// A block that heads a loop and goes on to the header of another has to stay.
 fn keep_headers_of_nests(func: &Function, skippable: &mut EntityMap<Block, bool>) {
-    let cfg = Cfg::of(func);
-    let loops = Loops::of(&cfg, &Dominators::of(&cfg)).loops;
-    let heads = |block: Block| loops.values().any(|l| l.header == block);
-    for data in loops.values() {
+    let loops = Flow::of(func).loops;
+    for data in loops.loops.values() {
         let mut targets = func.blocks[data.header].end.targets();
-        if targets.any(|t| t.block != data.header && heads(t.block)) {
+        if targets.any(|t| t.block != data.header && loops.is_header(t.block)) {
             skippable[data.header] = false;
         }
     }
@@ -218,14 +216,9 @@ fn drop_marks(func: &mut Function, remarks: &mut Vec<Remark>) {
     if func.layout.iter().all(|&b| func.blocks[b].kernel.is_none()) {
         return;
     }
-    let cfg = Cfg::of(func);
-    let loops = Loops::of(&cfg, &Dominators::of(&cfg));
-    let mut is_header = EntityMap::<Block, bool>::filled(func.blocks.len(), false);
-    for data in loops.loops.values() {
-        is_header[data.header] = true;
-    }
+    let loops = Flow::of(func).loops;
     for &block in &func.layout {
-        if !is_header[block]
+        if !loops.is_header(block)
             && let Some(mark) = func.blocks[block].kernel.take()
         {
             remarks.push(Remark {

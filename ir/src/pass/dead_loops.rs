@@ -4,7 +4,7 @@
 use super::defs::Defs;
 use super::preheader;
 use super::unroll::trip;
-use crate::flow::{Cfg, Dominators, LoopData, Loops};
+use crate::flow::{Dominators, Flow, LoopData};
 use crate::program::*;
 use rustc_hash::FxHashSet;
 use srp_archdesc::arch::Precision;
@@ -27,12 +27,13 @@ pub(crate) fn dead_loops(func: &mut Function, precision: &Precision) -> bool {
 
 /// A block that jumps to a loop that does nothing, and where that goes.
 fn dead_loop(func: &Function, precision: &Precision) -> Option<(Block, Target)> {
-    let cfg = Cfg::of(func);
-    let dominators = Dominators::of(&cfg);
-    let loops = Loops::of(&cfg, &dominators);
+    let Flow {
+        cfg,
+        dominators,
+        loops,
+    } = Flow::of(func);
     let defs = LazyCell::new(|| Defs::of(func));
     loops.loops.iter().find_map(|(id, data)| {
-        let innermost = loops.loops.values().all(|l| l.parent != Some(id));
         let before = preheader::find(func, &cfg, data)?;
         let made = made(func, data)?;
         let exit = exit(func, data, &made)?;
@@ -40,7 +41,8 @@ fn dead_loop(func: &Function, precision: &Precision) -> Option<(Block, Target)> 
             trip(func, &dominators, data, MAX_TRIP, precision).is_some()
                 || counts(func, &defs, data, &dominators, &made)
         };
-        (innermost && !used_outside(func, data, &made) && ends()).then_some((before, exit))
+        (loops.is_innermost(id) && !used_outside(func, data, &made) && ends())
+            .then_some((before, exit))
     })
 }
 
@@ -70,9 +72,7 @@ fn made(func: &Function, data: &LoopData) -> Option<FxHashSet<Value>> {
 
 /// Where a loop goes in the end, if that is one place, to which it brings nothing that it made.
 fn exit(func: &Function, data: &LoopData, made: &FxHashSet<Value>) -> Option<Target> {
-    let blocks = data.blocks.iter();
-    let targets = blocks.flat_map(|&b| func.blocks[b].end.targets());
-    let mut exits = targets.filter(|t| !data.blocks.contains(&t.block));
+    let mut exits = data.exits(func).map(|(_, target)| target);
     let exit = exits.next()?;
     let one = exits.all(|other| other == exit);
     (one && exit.args.iter().all(|v| !made.contains(v))).then(|| exit.clone())
@@ -80,7 +80,7 @@ fn exit(func: &Function, data: &LoopData, made: &FxHashSet<Value>) -> Option<Tar
 
 fn used_outside(func: &Function, data: &LoopData, made: &FxHashSet<Value>) -> bool {
     let mut used = false;
-    for &block in func.layout.iter().filter(|b| !data.blocks.contains(b)) {
+    for &block in func.layout.iter().filter(|&&b| !data.contains(b)) {
         for &inst in &func.blocks[block].insts {
             func.insts[inst]
                 .kind
@@ -127,12 +127,11 @@ fn counts(
         let Terminator::Branch { cond, then, .. } = &func.blocks[block].end else {
             return false;
         };
-        let inside = |b: Block| data.blocks.contains(&b);
-        let ends = func.blocks[block].end.targets().any(|t| !inside(t.block));
+        let ends = data.is_left_at(func, block);
         let Some((op, args)) = defs.op(func, *cond) else {
             return false;
         };
-        let stays = match inside(then.block) {
+        let stays = match data.contains(then.block) {
             true => matches!(op, Opcode::Lt | Opcode::Ltu | Opcode::Ne),
             false => op == Opcode::Eq,
         };

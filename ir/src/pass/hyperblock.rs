@@ -18,7 +18,7 @@ use super::choose::choose_loads;
 use super::nearby::{Access, Facts};
 use super::order::Stage;
 use super::rename::Renames;
-use crate::flow::{Cfg, Dominators, Loop, Loops};
+use crate::flow::Flow;
 use crate::program::*;
 use rustc_hash::FxHashSet;
 use srp_archdesc::entity::EntityMap;
@@ -64,24 +64,16 @@ struct Former<'a> {
 }
 
 /// A function at the beginning of a round.
-struct Flow {
-    cfg: Cfg,
-    dominators: Dominators,
-    loops: Loops,
+struct Before {
+    flow: Flow,
     facts: Facts,
 }
 
-impl Flow {
-    fn of(func: &Function) -> Flow {
-        let cfg = Cfg::of(func);
-        let dominators = Dominators::of(&cfg);
-        let loops = Loops::of(&cfg, &dominators);
-        let facts = Facts::of(func);
-        Flow {
-            cfg,
-            dominators,
-            loops,
-            facts,
+impl Before {
+    fn of(func: &Function) -> Before {
+        Before {
+            flow: Flow::of(func),
+            facts: Facts::of(func),
         }
     }
 }
@@ -106,14 +98,14 @@ impl<'a> Former<'a> {
 
     /// Changes every block once at most, the last of the control flow first.
     fn round(&mut self) -> bool {
-        let flow = Flow::of(self.func);
+        let old = Before::of(self.func);
         self.touched = EntityMap::filled(self.func.blocks.len(), false);
         let mut renames = Renames::default();
         let mut changed = false;
-        for &block in flow.cfg.order.iter().rev() {
+        for &block in old.flow.cfg.order.iter().rev() {
             if !self.touched[block] {
-                changed |= self.diamond(block, &flow, &mut renames)
-                    || self.join(block, &flow, &mut renames);
+                changed |=
+                    self.diamond(block, &old, &mut renames) || self.join(block, &old, &mut renames);
             }
         }
         renames.apply(self.func);
@@ -122,15 +114,15 @@ impl<'a> Former<'a> {
 
     /// Makes loads independent of the choice of their addresses.
     fn choose(&mut self) -> bool {
-        let flow = Flow::of(self.func);
+        let old = Before::of(self.func);
         let before = self.speculated.len();
-        for &block in &flow.cfg.order {
-            let certain = self.certain(block, &flow);
+        for &block in &old.flow.cfg.order {
+            let certain = self.certain(block, &old);
             let is_safe = |op: Opcode, args: &[Value], imm| {
-                let access = Access::of(op, args, imm, &flow.facts);
+                let access = Access::of(op, args, imm, &old.facts);
                 access.is_some_and(|a| certain.iter().any(|c| c.vouches_for(&a)))
             };
-            let made = choose_loads(self.func, block, &flow.facts, is_safe);
+            let made = choose_loads(self.func, block, &old.facts, is_safe);
             self.speculated.extend(made);
         }
         self.speculated.len() > before
@@ -153,16 +145,16 @@ impl<'a> Former<'a> {
     }
 
     /// True if `block` can become part of its only predecessor.
-    fn follows(&self, block: Block, from: Block, flow: &Flow) -> bool {
+    fn follows(&self, block: Block, from: Block, old: &Before) -> bool {
         block != from
             && block != self.func.entry()
             && !self.touched[block]
-            && flow.cfg.preds[block] == [from]
+            && old.flow.cfg.preds[block] == [from]
             && self.func.blocks[block].kernel.is_none()
     }
 
     /// Makes straight code of a branch around one or two blocks that meet again.
-    fn diamond(&mut self, block: Block, flow: &Flow, renames: &mut Renames) -> bool {
+    fn diamond(&mut self, block: Block, old: &Before, renames: &mut Renames) -> bool {
         let Some((cond, ways)) = self.ways(block) else {
             return false;
         };
@@ -171,7 +163,7 @@ impl<'a> Former<'a> {
             let Terminator::Jump(to) = &self.func.blocks[at].end else {
                 return None;
             };
-            let size = self.movable(at).filter(|_| self.follows(at, block, flow))?;
+            let size = self.movable(at).filter(|_| self.follows(at, block, old))?;
             Some((size, to.block))
         };
         let found = [side(&ways[0]), side(&ways[1])];
@@ -189,7 +181,7 @@ impl<'a> Former<'a> {
         let mut ends = [ways[0].target.clone(), ways[1].target.clone()];
         for at in moved {
             let from = ways[at].target.block;
-            self.absorb(block, &ways[at], &mut guards, flow, renames);
+            self.absorb(block, &ways[at], &mut guards, old, renames);
             let end = std::mem::replace(&mut self.func.blocks[from].end, Terminator::Unreachable);
             let Terminator::Jump(to) = end else {
                 unreachable!("it was a jump a moment ago")
@@ -203,13 +195,13 @@ impl<'a> Former<'a> {
     }
 
     /// Puts the block that a branch goes on to into the block of the branch.
-    fn join(&mut self, block: Block, flow: &Flow, renames: &mut Renames) -> bool {
+    fn join(&mut self, block: Block, old: &Before, renames: &mut Renames) -> bool {
         let Some((cond, ways)) = self.ways(block) else {
             return false;
         };
         (0..2).any(|at| {
             let (on, off) = (&ways[at], &ways[1 - at]);
-            self.join_one(block, cond, on, off, flow, renames)
+            self.join_one(block, cond, on, off, old, renames)
         })
     }
 
@@ -219,18 +211,19 @@ impl<'a> Former<'a> {
         cond: Value,
         on: &Way,
         off: &Way,
-        flow: &Flow,
+        old: &Before,
         renames: &mut Renames,
     ) -> bool {
         let next = on.target.block;
-        let around = flow.loops.innermost(block);
-        if !self.follows(next, block, flow)
+        let around = old.flow.loops.innermost(block);
+        if !self.follows(next, block, old)
             || off.target.block == next
-            || flow.loops.innermost(next) != around
+            || old.flow.loops.innermost(next) != around
         {
             return false;
         }
-        let leaves = |to: Block| around.is_some_and(|id| !self.contains(id, to, flow));
+        let around = around.map(|id| &old.flow.loops.loops[id]);
+        let leaves = |to: Block| around.is_some_and(|data| !data.contains(to));
         let Some(size) = self.movable(next) else {
             return false;
         };
@@ -239,7 +232,7 @@ impl<'a> Former<'a> {
         match self.func.blocks[next].end.clone() {
             Terminator::Jump(to) if cold && fits && !leaves(to.block) => {
                 let mut guards = Guards::of(cond);
-                self.absorb(block, on, &mut guards, flow, renames);
+                self.absorb(block, on, &mut guards, old, renames);
                 self.close(block, cond, on.sense, to, off.target.clone(), next);
                 true
             }
@@ -262,7 +255,7 @@ impl<'a> Former<'a> {
                     return false;
                 }
                 let mut guards = Guards::of(cond);
-                self.absorb(block, on, &mut guards, flow, renames);
+                self.absorb(block, on, &mut guards, old, renames);
                 let pos = self.func.blocks[next].end_pos;
                 let first = guards.when(self.func, block, on.sense, pos);
                 let second = renames.find(second);
@@ -280,12 +273,6 @@ impl<'a> Former<'a> {
             }
             _ => false,
         }
-    }
-
-    /// True if a block, which may be new, is in a loop.
-    fn contains(&self, id: Loop, block: Block, flow: &Flow) -> bool {
-        use srp_archdesc::entity::Entity;
-        block.index() < flow.cfg.preds.len() && flow.loops.contains(id, block)
     }
 
     fn size(&self, block: Block) -> usize {
@@ -350,8 +337,8 @@ impl<'a> Former<'a> {
     }
 
     /// The accesses of SRAM that have been made, as their guards say, when a block ends.
-    fn certain(&self, block: Block, flow: &Flow) -> Vec<Access> {
-        let facts = &flow.facts;
+    fn certain(&self, block: Block, old: &Before) -> Vec<Access> {
+        let facts = &old.facts;
         let access = |&inst: &Inst| match &self.func.insts[inst].kind {
             InstKind::Op { op, args, imm } if !self.speculated.contains(&inst) => {
                 Access::of(*op, args, *imm, facts)
@@ -363,7 +350,7 @@ impl<'a> Former<'a> {
             Stage::Control => MAX_BEFORE,
             Stage::Whole => 0,
         };
-        let before = std::iter::successors(Some(block), |&b| flow.dominators.parent(b));
+        let before = std::iter::successors(Some(block), |&b| old.flow.dominators.parent(b));
         let before = before.take(blocks);
         let insts = before.flat_map(|b| &self.func.blocks[b].insts);
         insts.filter_map(access).collect()
@@ -380,12 +367,12 @@ impl<'a> Former<'a> {
         into: Block,
         way: &Way,
         guards: &mut Guards,
-        flow: &Flow,
+        old: &Before,
         renames: &mut Renames,
     ) {
         let from = way.target.block;
-        let facts = &flow.facts;
-        let certain = self.certain(into, flow);
+        let facts = &old.facts;
+        let certain = self.certain(into, old);
         let data = &mut self.func.blocks[from];
         let insts = std::mem::take(&mut data.insts);
         for (&param, &arg) in data.params.iter().zip(&way.target.args) {

@@ -7,7 +7,7 @@
 use super::Remark;
 use super::cfg::remove_unreached;
 use super::rename::Renames;
-use crate::flow::{Cfg, Dominators, LoopData, Loops};
+use crate::flow::{Flow, LoopData};
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
@@ -35,15 +35,13 @@ pub(crate) fn ifconvert(
     // A block that nothing reaches may still lead into a loop that becomes one block.
     remove_unreached(func);
     let free = run_in_chunks(func, globals);
-    let cfg = Cfg::of(func);
-    let dominators = Dominators::of(&cfg);
-    let loops = Loops::of(&cfg, &dominators);
+    let flow = Flow::of(func);
     let mut renames = Renames::default();
-    for (id, data) in loops.loops.iter() {
+    for (id, data) in flow.loops.loops.iter() {
         let Some(mark) = &func.blocks[data.header].kernel else {
             continue;
         };
-        let inner = loops.loops.values().find(|l| l.parent == Some(id));
+        let inner = flow.loops.inside(id).next().map(|(_, inner)| inner);
         match obstacle(func, data, inner) {
             Some((pos, why)) => remarks.push(Remark {
                 pos,
@@ -51,7 +49,7 @@ pub(crate) fn ifconvert(
                 message: format!("kernel {} stays on the VLIW engine: {why}", mark.name),
             }),
             None if data.blocks.len() > 1 => {
-                let ways = Ways::of(func, &cfg, &dominators, data);
+                let ways = Ways::of(func, &flow, data);
                 flatten(func, ways, data, &free, &mut renames);
             }
             None => {}
@@ -98,15 +96,15 @@ fn obstacle(
         return Some((pos, "its iterations end in several places"));
     };
     for &block in &data.blocks {
-        let outside = |t: &&Target| !data.blocks.contains(&t.block);
-        let end = &func.blocks[block];
-        if block != latch && end.end.targets().any(|t| outside(&t)) {
+        let leaves = data.is_left_at(func, block);
+        let end_pos = func.blocks[block].end_pos;
+        if block != latch && leaves {
             let why = "an iteration can leave it in the middle (break, return, or a test at the \
                        top); compute a condition instead and go on with what follows under it";
-            return Some((end.end_pos, why));
+            return Some((end_pos, why));
         }
-        if block == latch && !end.end.targets().any(|t| outside(&t)) {
-            return Some((end.end_pos, "it has no end"));
+        if block == latch && !leaves {
+            return Some((end_pos, "it has no end"));
         }
     }
     None

@@ -4,7 +4,7 @@
 use super::Remark;
 use super::compact::compact;
 use super::restrict::{FreshNumbers, forget_unused};
-use crate::flow::{Cfg, Dominators, Loops};
+use crate::flow::Flow;
 use crate::program::*;
 use srp_archdesc::entity::{Entity, EntityMap};
 use std::collections::{BTreeMap, BTreeSet};
@@ -347,9 +347,7 @@ fn kernel_blocks(func: &Function) -> EntityMap<Block, Option<String>> {
     if func.layout.iter().all(|&b| func.blocks[b].kernel.is_none()) {
         return kernels;
     }
-    let cfg = Cfg::of(func);
-    let loops = Loops::of(&cfg, &Dominators::of(&cfg));
-    for data in loops.loops.values() {
+    for data in Flow::of(func).loops.loops.values() {
         if let Some(mark) = func.blocks[data.header].kernel.as_ref().filter(|m| !m.nest) {
             for &block in &data.blocks {
                 kernels[block] = Some(mark.name.clone());

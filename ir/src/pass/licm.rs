@@ -2,7 +2,7 @@
 
 use super::alias::{Object, Objects};
 use super::preheader::{find, with_preheaders};
-use crate::flow::{Cfg, Dominators, Loop, LoopData, Loops};
+use crate::flow::{Flow, Loop, LoopData};
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Class, Effect, Space};
@@ -14,9 +14,9 @@ use srp_archdesc::isa::{Class, Effect, Space};
 /// the loop does not store to their memory, or only to other objects. A kernel's load from a place in a
 /// global cannot trap, and need not be in such a block.
 pub(crate) fn licm(func: &mut Function, globals: &EntityMap<Global, GlobalData>) -> bool {
-    let (cfg, dominators, loops) = with_preheaders(func);
+    let flow = with_preheaders(func);
     let mut home = EntityMap::<Value, Option<Block>>::filled(func.values.len(), None);
-    for &block in &cfg.order {
+    for &block in &flow.cfg.order {
         let data = &func.blocks[block];
         let results = data.insts.iter().flat_map(|&i| &func.insts[i].results);
         for &value in data.params.iter().chain(results) {
@@ -27,16 +27,8 @@ pub(crate) fn licm(func: &mut Function, globals: &EntityMap<Global, GlobalData>)
     let safe = safe_addresses(func, globals);
     let mut changed = false;
     // Inner loops first: what leaves one may leave the next.
-    for id in loops.loops.keys().rev() {
-        changed |= hoist(
-            func,
-            &cfg,
-            &dominators,
-            &loops,
-            id,
-            (&objects, &safe),
-            &mut home,
-        );
+    for id in flow.loops.loops.keys().rev() {
+        changed |= hoist(func, &flow, id, (&objects, &safe), &mut home);
     }
     changed
 }
@@ -114,21 +106,20 @@ fn effects<'a>(func: &Function, data: &LoopData, objects: &'a Objects) -> Effect
 /// Moves the invariant instructions of one loop to its preheader.
 fn hoist(
     func: &mut Function,
-    cfg: &Cfg,
-    dominators: &Dominators,
-    loops: &Loops,
+    flow: &Flow,
     id: Loop,
     (objects, safe): (&Objects, &Safe),
     home: &mut EntityMap<Value, Option<Block>>,
 ) -> bool {
+    let Flow {
+        cfg,
+        dominators,
+        loops,
+    } = flow;
     let data = &loops.loops[id];
     let before = find(func, cfg, data).expect("every loop was given a preheader");
     let effects = effects(func, data, objects);
-    let leaves = |&block: &Block| {
-        let mut targets = func.blocks[block].end.targets();
-        targets.any(|t| !loops.contains(id, t.block))
-    };
-    let exits: Vec<Block> = data.blocks.iter().copied().filter(leaves).collect();
+    let exits: Vec<Block> = data.exits(func).map(|(from, _)| from).collect();
     let mut changed = false;
     // Control code makes a load under a condition only where it is met.
     let kernel = func.blocks[data.header].kernel.is_some();
@@ -144,7 +135,7 @@ fn hoist(
                 let cannot_trap = speculates && is_safe(&inst.kind, safe);
                 let mut invariant = may_move(&inst.kind, &effects, passed || cannot_trap);
                 inst.kind.for_each_use(|value| {
-                    invariant &= home[value].is_some_and(|home| !loops.contains(id, home));
+                    invariant &= home[value].is_some_and(|home| !data.contains(home));
                 });
                 if invariant {
                     speculated += u32::from(cannot_trap);

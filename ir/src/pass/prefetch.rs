@@ -10,7 +10,7 @@
 use super::nearby::Facts;
 use super::preheader::{find, with_preheaders};
 use super::strength::Linearity;
-use crate::flow::LoopData;
+use crate::flow::{Flow, LoopData};
 use crate::program::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use srp_archdesc::isa::{Class, Effect, Opcode, Space};
@@ -30,7 +30,7 @@ pub(crate) fn prefetch(func: &mut Function, line: u32) -> bool {
     if !blocks.any(|&block| func.blocks[block].kernel.is_some()) {
         return false;
     }
-    let (cfg, _, loops) = with_preheaders(func);
+    let Flow { cfg, loops, .. } = with_preheaders(func);
     let mut changed = false;
     for data in loops.loops.values() {
         if data.blocks.len() == 1 && func.blocks[data.header].kernel.is_some() {

@@ -1,26 +1,21 @@
 //! A place to compute something once before a loop.
 
-use crate::flow::{Cfg, Dominators, LoopData, Loops};
+use crate::flow::{Cfg, Flow, LoopData};
 use crate::program::*;
 
 /// The control flow of a function each of whose loops has a preheader: a block that jumps to the
 /// header and nowhere else, and that all other ways into the loop pass.
-pub(super) fn with_preheaders(func: &mut Function) -> (Cfg, Dominators, Loops) {
-    let analyse = |func: &Function| {
-        let cfg = Cfg::of(func);
-        let dominators = Dominators::of(&cfg);
-        let loops = Loops::of(&cfg, &dominators);
-        (cfg, dominators, loops)
-    };
-    let (cfg, dominators, loops) = analyse(func);
+pub(super) fn with_preheaders(func: &mut Function) -> Flow {
+    let flow = Flow::of(func);
+    let cfg = &flow.cfg;
     let mut added = Vec::new();
-    for data in loops.loops.values() {
-        if find(func, &cfg, data).is_none() {
-            added.push((data.header, add(func, &cfg, data)));
+    for data in flow.loops.loops.values() {
+        if find(func, cfg, data).is_none() {
+            added.push((data.header, add(func, cfg, data)));
         }
     }
     if added.is_empty() {
-        return (cfg, dominators, loops);
+        return flow;
     }
     // Each new block stands before its header.
     let mut place =
@@ -34,7 +29,7 @@ pub(super) fn with_preheaders(func: &mut Function) -> (Cfg, Dominators, Loops) {
         .into_iter()
         .filter(|&b| srp_archdesc::entity::Entity::index(b) < listed);
     func.layout = old.flat_map(|b| place[b].into_iter().chain([b])).collect();
-    analyse(func)
+    Flow::of(func)
 }
 
 /// The preheader of a loop, where there is one.
@@ -69,11 +64,7 @@ fn add(func: &mut Function, cfg: &Cfg, data: &LoopData) -> Block {
     });
     func.blocks[before].end_pos = func.blocks[header].end_pos;
     for pred in entries(cfg, data).collect::<Vec<_>>() {
-        for target in func.blocks[pred].end.targets_mut() {
-            if target.block == header {
-                target.block = before;
-            }
-        }
+        func.blocks[pred].end.retarget(header, before);
     }
     before
 }

@@ -3,7 +3,7 @@
 use super::alias::{Object, Objects};
 use super::preheader::{find, with_preheaders};
 use super::unroll::access;
-use crate::flow::LoopData;
+use crate::flow::{Flow, LoopData};
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Effect, Opcode, Space, Ty};
@@ -38,11 +38,10 @@ pub(crate) fn promote(func: &mut Function, globals: &EntityMap<Global, GlobalDat
     if !func.layout.iter().any(wanted) {
         return false;
     }
-    let (cfg, _, loops) = with_preheaders(func);
+    let Flow { cfg, loops, .. } = with_preheaders(func);
     let mut changed = false;
     for (id, data) in loops.loops.iter() {
-        let innermost = loops.loops.values().all(|l| l.parent != Some(id));
-        if !innermost || func.blocks[data.header].kernel.is_none() {
+        if !loops.is_innermost(id) || func.blocks[data.header].kernel.is_none() {
             continue;
         }
         let before = find(func, &cfg, data).expect("every loop was given a preheader");
@@ -161,7 +160,7 @@ fn keep(func: &mut Function, data: &LoopData, before: Block, place: Place, acces
         let ways = func.blocks[block].end.targets().count();
         for way in 0..ways {
             let target = func.blocks[block].end.targets().nth(way).cloned();
-            let Some(target) = target.filter(|t| !data.blocks.contains(&t.block)) else {
+            let Some(target) = target.filter(|t| !data.contains(t.block)) else {
                 continue;
             };
             let behind = func.add_block();
@@ -174,12 +173,8 @@ fn keep(func: &mut Function, data: &LoopData, before: Block, place: Place, acces
             func.append_op(behind, store, &[truth, start, last], 0, pos);
             func.blocks[behind].end = Terminator::Jump(target);
             func.blocks[behind].end_pos = func.blocks[block].end_pos;
-            let new = Target {
-                block: behind,
-                args: Vec::new(),
-            };
             if let Some(target) = func.blocks[block].end.targets_mut().nth(way) {
-                *target = new;
+                *target = Target::to(behind);
             }
         }
     }

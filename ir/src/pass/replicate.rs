@@ -6,7 +6,7 @@
 
 use super::hyperblock::size;
 use super::unroll::{Trip, copy, keep_in_slots, rename_outside, trip, write_out};
-use crate::flow::{Cfg, Dominators, LoopData, Loops};
+use crate::flow::{Flow, LoopData};
 use crate::program::*;
 use srp_archdesc::arch::Precision;
 
@@ -39,13 +39,13 @@ pub(crate) fn write_out_loops(func: &mut Function, precision: &Precision) -> boo
 
 /// A loop without loops inside it that is worth writing out.
 fn short_loop(func: &Function, precision: &Precision) -> Option<(LoopData, Trip)> {
-    let cfg = Cfg::of(func);
-    let dominators = Dominators::of(&cfg);
-    let loops = Loops::of(&cfg, &dominators);
-    let inner = loops.loops.iter().filter(|(id, data)| {
-        let innermost = loops.loops.values().all(|l| l.parent != Some(*id));
-        innermost && func.blocks[data.header].kernel.is_none()
-    });
+    let Flow {
+        dominators, loops, ..
+    } = Flow::of(func);
+    let inner = loops
+        .loops
+        .iter()
+        .filter(|(id, data)| loops.is_innermost(*id) && func.blocks[data.header].kernel.is_none());
     inner.into_iter().find_map(|(_, data)| {
         let sizes = data.blocks.iter().map(|&block| size(func, block));
         let whole = sizes.sum::<Option<usize>>()?.max(1);
@@ -57,9 +57,9 @@ fn short_loop(func: &Function, precision: &Precision) -> Option<(LoopData, Trip)
 
 /// Unrolls the loops of control code that are one block.
 pub(crate) fn replicate(func: &mut Function, precision: &Precision) -> bool {
-    let cfg = Cfg::of(func);
-    let dominators = Dominators::of(&cfg);
-    let loops = Loops::of(&cfg, &dominators);
+    let Flow {
+        dominators, loops, ..
+    } = Flow::of(func);
     let mut changed = false;
     for data in loops.loops.values() {
         let [block] = data.blocks[..] else {
@@ -83,7 +83,7 @@ pub(crate) fn replicate(func: &mut Function, precision: &Precision) -> bool {
         let untested = untested.rev().find(divides);
         let copies = untested.unwrap_or(most(MAX_UNROLLED, MAX_TESTED));
         if copies > 1 {
-            follow(func, data, block, copies, untested.is_none());
+            follow(func, block, copies, untested.is_none());
             changed = true;
         }
     }
@@ -91,9 +91,9 @@ pub(crate) fn replicate(func: &mut Function, precision: &Precision) -> bool {
 }
 
 /// Puts copies of a loop of one block behind it, the last of which goes back.
-fn follow(func: &mut Function, data: &LoopData, block: Block, copies: usize, tested: bool) {
+fn follow(func: &mut Function, block: Block, copies: usize, tested: bool) {
     if tested {
-        keep_in_slots(func, data);
+        keep_in_slots(func, &[block]);
     }
     let mut blocks = vec![block];
     let mut last = None;

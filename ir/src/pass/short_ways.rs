@@ -12,7 +12,7 @@
 use super::defs::Defs;
 use super::hyperblock::size;
 use super::unroll::{copy, keep_in_slots};
-use crate::flow::{Cfg, Dominators, Loop, LoopData, Loops};
+use crate::flow::{Cfg, Flow, Loop, LoopData};
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Opcode;
@@ -34,17 +34,16 @@ pub(crate) fn short_ways(func: &mut Function) -> bool {
 
 /// Doubles one block, or gives one loop another header.
 fn change(func: &mut Function) -> bool {
-    let cfg = Cfg::of(func);
-    let loops = Loops::of(&cfg, &Dominators::of(&cfg));
-    if loops.loops.is_empty() {
+    let flow = Flow::of(func);
+    if flow.loops.loops.is_empty() {
         return false;
     }
     let defs = Defs::of(func);
-    loops.loops.iter().any(|(id, data)| {
+    flow.loops.loops.iter().any(|(id, data)| {
         if data.header == func.entry() || launches(func, data) {
             return false;
         }
-        let ways = Ways::of(func, &defs, &cfg, (&loops, id));
+        let ways = Ways::of(func, &defs, &flow, id);
         ways.has_long && (ways.double(func) || ways.divide(func))
     })
 }
@@ -70,7 +69,8 @@ struct Ways<'a> {
 }
 
 impl<'a> Ways<'a> {
-    fn of(func: &Function, defs: &Defs, cfg: &'a Cfg, (loops, id): (&'a Loops, Loop)) -> Ways<'a> {
+    fn of(func: &Function, defs: &Defs, flow: &'a Flow, id: Loop) -> Ways<'a> {
+        let Flow { cfg, loops, .. } = flow;
         let data = &loops.loops[id];
         let count = func.blocks.len();
         let mut ways = Ways {
@@ -95,7 +95,10 @@ impl<'a> Ways<'a> {
                 _ => loops.is_header(t.block),
             };
             let mut targets = func.blocks[block].end.targets();
-            let back = |t: &Target| t.block == data.header || goes_to(func, t.block, data.header);
+            let back = |t: &Target| {
+                let end = &func.blocks[t.block].end;
+                t.block == data.header || end.is_jump_to(data.header)
+            };
             let inside = targets.find(|t| heads(t) && !back(t));
             ways.tests[block] = inside.is_some_and(|t| !wants_equals(func, defs, block, t));
         }
@@ -119,17 +122,11 @@ impl<'a> Ways<'a> {
         let Some(&block) = blocks.find(|b| meets(b) && self.goes_back(func, **b)) else {
             return false;
         };
-        let alone = LoopData {
-            header: block,
-            latches: Vec::new(),
-            blocks: vec![block],
-            parent: None,
-        };
-        keep_in_slots(func, &alone);
+        keep_in_slots(func, &[block]);
         let (made, _) = copy(func, &[block]);
         for &pred in &self.cfg.preds[block] {
             if self.leads(pred) {
-                retarget(func, pred, block, made[0]);
+                func.blocks[pred].end.retarget(block, made[0]);
             }
         }
         let place = func.layout.iter().position(|&b| b == block);
@@ -147,7 +144,7 @@ impl<'a> Ways<'a> {
                 if to == self.data.header {
                     return true;
                 }
-                if self.data.blocks.contains(&to) && !self.long[to] && !seen.contains(&to) {
+                if self.data.contains(to) && !self.long[to] && !seen.contains(&to) {
                     seen.push(to);
                     open.push(to);
                 }
@@ -176,7 +173,7 @@ impl<'a> Ways<'a> {
         });
         for &pred in &self.cfg.preds[header] {
             if !(latches.contains(&pred) && self.leads(pred)) {
-                retarget(func, pred, header, before);
+                func.blocks[pred].end.retarget(header, before);
             }
         }
         func.layout.retain(|&b| b != before);
@@ -185,10 +182,6 @@ impl<'a> Ways<'a> {
         func.layout.insert(place, before);
         true
     }
-}
-
-fn goes_to(func: &Function, from: Block, to: Block) -> bool {
-    matches!(&func.blocks[from].end, Terminator::Jump(target) if target.block == to)
 }
 
 /// True if a block goes to a target only where two values are equal.
@@ -208,12 +201,4 @@ fn wants_equals(func: &Function, defs: &Defs, block: Block, target: &Target) -> 
         }
     }
     false
-}
-
-fn retarget(func: &mut Function, from: Block, old: Block, new: Block) {
-    for target in func.blocks[from].end.targets_mut() {
-        if target.block == old {
-            target.block = new;
-        }
-    }
 }

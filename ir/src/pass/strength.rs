@@ -3,6 +3,7 @@
 //! other, and the constants between them go into their immediates.
 
 use super::preheader::{find, with_preheaders};
+use crate::flow::Flow;
 use crate::flow::LoopData;
 use crate::program::*;
 use rustc_hash::FxHashMap;
@@ -18,7 +19,7 @@ pub(super) use linear::Linearity;
 /// Gives the addresses of loads and stores in loops of one block values of their own that advance
 /// with the loop, where that makes the loop shorter.
 pub(crate) fn strength(func: &mut Function) -> bool {
-    let (cfg, _, loops) = with_preheaders(func);
+    let Flow { cfg, loops, .. } = with_preheaders(func);
     if loops.loops.values().all(|data| data.blocks.len() > 1) {
         return false;
     }

@@ -5,9 +5,9 @@
 //! written out, and the loop around them becomes the kernel, if that is estimated to take less time.
 
 use super::defs::Defs;
-use crate::flow::{Cfg, Dominators, Loop, LoopData, Loops};
+use crate::flow::{Dominators, Flow, Loop, LoopData};
 use crate::program::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use srp_archdesc::arch::Precision;
 use srp_archdesc::isa::{Opcode, Ty};
 use srp_archdesc::ops;
@@ -54,13 +54,11 @@ pub(crate) fn unnest(func: &mut Function) -> bool {
     if !has_marks(func) {
         return false;
     }
-    let cfg = Cfg::of(func);
-    let loops = Loops::of(&cfg, &Dominators::of(&cfg));
+    let loops = Flow::of(func).loops;
     let mut changed = false;
     for (id, data) in loops.loops.iter() {
-        let inner = loops.loops.values().any(|l| l.parent == Some(id));
         let mark = &mut func.blocks[data.header].kernel;
-        if inner && mark.as_ref().is_some_and(|m| m.nest) {
+        if !loops.is_innermost(id) && mark.as_ref().is_some_and(|m| m.nest) {
             *mark = None;
             changed = true;
         }
@@ -73,16 +71,14 @@ fn unroll_in_one(func: &mut Function, callees: &Callees, precision: &Precision) 
     if !has_marks(func) {
         return false;
     }
-    let cfg = Cfg::of(func);
-    let dominators = Dominators::of(&cfg);
-    let loops = Loops::of(&cfg, &dominators);
-    for (id, outer) in loops.loops.iter() {
+    let flow = Flow::of(func);
+    for (id, outer) in flow.loops.loops.iter() {
         if func.blocks[outer.header].kernel.is_none() {
             continue;
         }
-        let unrolled = worth_unrolling(func, &dominators, &loops, id, callees, precision);
+        let unrolled = worth_unrolling(func, &flow, id, callees, precision);
         let Some(inner) = unrolled else {
-            if flatten(func, &dominators, &loops, id, callees, precision) {
+            if flatten(func, &flow, id, callees, precision) {
                 return true;
             }
             continue;
@@ -110,20 +106,22 @@ fn unroll_in_one(func: &mut Function, callees: &Callees, precision: &Precision) 
 /// estimated to gain.
 fn worth_unrolling<'a>(
     func: &Function,
-    dominators: &Dominators,
-    loops: &'a Loops,
+    flow: &'a Flow,
     outer: Loop,
     callees: &Callees,
     precision: &Precision,
 ) -> Option<Vec<(&'a LoopData, Trip)>> {
+    let loops = &flow.loops;
     let mut inner = Vec::new();
-    for (id, data) in loops.loops.iter().filter(|(_, l)| l.parent == Some(outer)) {
-        let innermost = loops.loops.values().all(|l| l.parent != Some(id));
+    for (id, data) in loops.inside(outer) {
         let required = func.blocks[data.header].kernel.as_ref();
-        if !innermost || required.is_some_and(|mark| mark.required) {
+        if !loops.is_innermost(id) || required.is_some_and(|mark| mark.required) {
             return None;
         }
-        inner.push((data, trip(func, dominators, data, MAX_TRIP, precision)?));
+        inner.push((
+            data,
+            trip(func, &flow.dominators, data, MAX_TRIP, precision)?,
+        ));
     }
     if inner.is_empty() {
         return None;
@@ -131,7 +129,7 @@ fn worth_unrolling<'a>(
     let mut whole = Work::default();
     let mut apart = 0;
     for &block in &loops.loops[outer].blocks {
-        let around = inner.iter().find(|(data, _)| data.blocks.contains(&block));
+        let around = inner.iter().find(|(data, _)| data.contains(block));
         let times = around.map_or(1, |(_, trip)| trip.count);
         whole.add(func, block, times, callees)?;
     }
@@ -186,7 +184,7 @@ pub(super) fn trip(
             .filter(|t| t.block == data.header)
             .map(move |t| (from, t))
     });
-    let outside = |(from, _): &(Block, &Target)| !data.blocks.contains(from);
+    let outside = |&(from, _): &(Block, &Target)| !data.contains(from);
     let (_, entry) = entries.find(outside)?;
     let others: Vec<&Target> = entries.filter(outside).map(|(_, t)| t).collect();
     let params = &func.blocks[data.header].params;
@@ -198,7 +196,7 @@ pub(super) fn trip(
             let Terminator::Branch { cond, then, other } = &func.blocks[block].end else {
                 return None;
             };
-            let inside = |t: &Target| data.blocks.contains(&t.block);
+            let inside = |t: &Target| data.contains(t.block);
             (inside(then) != inside(other)).then(|| (block, *cond, inside(then)))
         })
         .collect();
@@ -280,16 +278,8 @@ impl<'a> Known<'a> {
 /// Writes a loop out: copies of its blocks follow each other, and the last goes where the loop ended.
 pub(super) fn write_out(func: &mut Function, data: &LoopData, trip: Trip) {
     let latch = data.latches[0];
-    let leaves = |func: &Function, block: Block| {
-        let mut targets = func.blocks[block].end.targets();
-        targets.any(|t| !data.blocks.contains(&t.block))
-    };
-    if data
-        .blocks
-        .iter()
-        .any(|&b| b != trip.test && leaves(func, b))
-    {
-        keep_in_slots(func, data);
+    if data.exits(func).any(|(from, _)| from != trip.test) {
+        keep_in_slots(func, &data.blocks);
     }
     let mut names: Vec<FxHashMap<Value, Value>> = vec![FxHashMap::default()];
     let mut copies = vec![data.blocks.clone()];
@@ -306,11 +296,8 @@ pub(super) fn write_out(func: &mut Function, data: &LoopData, trip: Trip) {
         let (own, next) = (&copies[number], copies.get(number + 1));
         // In the copies, jumps back go to the copy's own header so far.
         if let Some(next) = next {
-            for target in func.blocks[own[tail]].end.targets_mut() {
-                if target.block == own[header] {
-                    target.block = next[header];
-                }
-            }
+            let end = &mut func.blocks[own[tail]].end;
+            end.retarget(own[header], next[header]);
         }
         let stays =
             |t: &Target| own.contains(&t.block) || next.is_some_and(|n| n[header] == t.block);
@@ -388,23 +375,24 @@ pub(super) fn rename_outside(func: &mut Function, inside: &[Block], map: &FxHash
     }
 }
 
-/// Keeps what a loop defines and others use in stack slots, which [`mem2reg`](super::mem2reg)
+/// Keeps what some blocks define and others use in stack slots, which [`mem2reg`](super::mem2reg)
 /// makes values again: a loop with several ways out may leave any of its copies.
-pub(super) fn keep_in_slots(func: &mut Function, data: &LoopData) {
+pub(super) fn keep_in_slots(func: &mut Function, blocks: &[Block]) {
     let mut defined = Vec::new();
-    for &block in &data.blocks {
+    for &block in blocks {
         defined.extend(func.blocks[block].params.iter().map(|&v| (v, block, None)));
         for &inst in &func.blocks[block].insts {
             let results = func.insts[inst].results.iter();
             defined.extend(results.map(|&v| (v, block, Some(inst))));
         }
     }
-    let mut used = rustc_hash::FxHashSet::default();
+    let mut used = FxHashSet::default();
+    let inside: FxHashSet<Block> = blocks.iter().copied().collect();
     let outside: Vec<Block> = func
         .layout
         .iter()
         .copied()
-        .filter(|b| !data.blocks.contains(b))
+        .filter(|b| !inside.contains(b))
         .collect();
     for &block in &outside {
         for &inst in &func.blocks[block].insts {

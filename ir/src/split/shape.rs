@@ -2,7 +2,7 @@
 
 use super::places::{Def, Places};
 use super::{Reason, Refusal};
-use crate::flow::{Cfg, Dominators, Loops};
+use crate::flow::Flow;
 use crate::program::{
     Bits, Block, Callee, Func, Function, InstKind, Program, Target, Terminator, Value,
 };
@@ -236,8 +236,7 @@ fn why_not_inlined(program: &Program, callee: Func) -> Reason {
 
 /// Returns the reason why the loop with this header is not a single block.
 fn why_not_one_block(program: &Program, func: &Function, header: Block) -> Refusal {
-    let cfg = Cfg::of(func);
-    let loops = Loops::of(&cfg, &Dominators::of(&cfg));
+    let loops = Flow::of(func).loops;
     let pos = func.blocks[header].end_pos;
     let Some((id, data)) = loops.loops.iter().find(|(_, l)| l.header == header) else {
         let reason = Reason::NoWayBack;
@@ -248,19 +247,15 @@ fn why_not_one_block(program: &Program, func: &Function, header: Block) -> Refus
             return refusal;
         }
     }
-    if let Some(inner) = loops.loops.values().find(|l| l.parent == Some(id)) {
+    if let Some((_, inner)) = loops.inside(id).next() {
         let statement = func.blocks[inner.header].kernel.as_ref().map(|m| m.pos);
         return Refusal {
             pos: statement.unwrap_or(func.blocks[inner.latches[0]].end_pos),
             reason: Reason::InnerLoop,
         };
     }
-    let leaves = |b: &&Block| {
-        let mut targets = func.blocks[**b].end.targets();
-        targets.any(|t| !data.blocks.contains(&t.block))
-    };
     let early = |b: &&Block| !data.latches.contains(b);
-    let exits: Vec<Block> = data.blocks.iter().filter(leaves).copied().collect();
+    let exits: Vec<Block> = data.exits(func).map(|(from, _)| from).collect();
     if let (Some(&exit), true) = (exits.iter().find(early), exits.len() > 1) {
         return Refusal {
             pos: func.blocks[exit].end_pos,

@@ -116,7 +116,7 @@ impl Ahead {
             }
             let end = &func.blocks[block].end;
             if let Terminator::Branch { cond, .. } = end
-                && end.targets().any(|t| !data.blocks.contains(&t.block))
+                && data.is_left_at(func, block)
             {
                 longest = longest.max(depth.get(cond).map_or(0, |depth| depth + 2));
             }

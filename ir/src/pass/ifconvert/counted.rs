@@ -18,12 +18,10 @@ const MAX_DEPTH: usize = 16;
 pub(super) fn is_counted(func: &Function, data: &LoopData) -> bool {
     let within = Within::of(func, data);
     data.blocks.iter().any(|&block| {
-        let end = &func.blocks[block].end;
-        let Terminator::Branch { cond, .. } = end else {
+        let Terminator::Branch { cond, .. } = &func.blocks[block].end else {
             return false;
         };
-        let leaves = end.targets().any(|t| !data.blocks.contains(&t.block));
-        leaves && within.is_bound(*cond)
+        data.is_left_at(func, block) && within.is_bound(*cond)
     })
 }
 

@@ -158,9 +158,10 @@ impl Depths {
                 }
             }
             let end = &func.blocks[block].end;
-            let stays = end.targets().all(|t| data.blocks.contains(&t.block));
             let tested = match end {
-                Terminator::Branch { cond, .. } if stays => of.get(cond).copied(),
+                Terminator::Branch { cond, .. } if !data.is_left_at(func, block) => {
+                    of.get(cond).copied()
+                }
                 _ => None,
             };
             let below = tests.max(tested);

@@ -19,7 +19,7 @@
 use super::ahead::Ahead;
 use super::counted::is_counted;
 use super::estimate::{FIRST_CHUNK, LONGEST_CHUNK, estimate};
-use crate::flow::{Cfg, Dominators, LoopData, Loops};
+use crate::flow::{Flow, LoopData};
 use crate::pass::unroll::keep_in_slots;
 use crate::program::*;
 use rustc_hash::FxHashSet;
@@ -35,7 +35,6 @@ pub(super) type Free = FxHashSet<(Block, Block, usize)>;
 /// True when a loop is one that would run on the array but for the places where it is left, or for a
 /// number of iterations that only running it tells.
 pub(super) fn is_left_early(func: &Function, data: &LoopData) -> bool {
-    let inside = |block: Block| data.blocks.contains(&block);
     let [latch] = data.latches[..] else {
         return false;
     };
@@ -44,8 +43,6 @@ pub(super) fn is_left_early(func: &Function, data: &LoopData) -> bool {
         // Two ways back may give the header different values.
         return false;
     }
-    let mut ways = 0;
-    let mut early = false;
     for &block in &data.blocks {
         for &inst in &func.blocks[block].insts {
             match &func.insts[inst].kind {
@@ -54,14 +51,9 @@ pub(super) fn is_left_early(func: &Function, data: &LoopData) -> bool {
                 _ => {}
             }
         }
-        let leaving = func.blocks[block]
-            .end
-            .targets()
-            .filter(|t| !inside(t.block));
-        let leaving = leaving.count();
-        ways += leaving;
-        early |= leaving > 0 && block != latch;
     }
+    let ways = data.exits(func).count();
+    let early = data.exits(func).any(|(from, _)| from != latch);
     (early || !is_counted(func, data)) && (1..=MAX_WAYS).contains(&ways)
 }
 
@@ -69,23 +61,22 @@ pub(super) fn is_left_early(func: &Function, data: &LoopData) -> bool {
 /// estimated to take less time.
 pub(super) fn run_in_chunks(func: &mut Function, globals: &EntityMap<Global, GlobalData>) -> Free {
     let mut free = Free::default();
-    let cfg = Cfg::of(func);
-    let dominators = Dominators::of(&cfg);
-    let loops = Loops::of(&cfg, &dominators);
+    let Flow {
+        dominators, loops, ..
+    } = Flow::of(func);
     for (id, data) in loops.loops.iter() {
-        let innermost = loops.loops.values().all(|l| l.parent != Some(id));
         let Some(mark) = &func.blocks[data.header].kernel else {
             continue;
         };
         let required = mark.required;
-        if !innermost || data.header == func.entry() || !is_left_early(func, data) {
+        if !loops.is_innermost(id) || data.header == func.entry() || !is_left_early(func, data) {
             continue;
         }
         // Before the slots, whose stores nothing has to wait for.
         let ahead = Ahead::of(func, globals, data);
         let estimate = estimate(func, &dominators, data, &ahead);
         if required || estimate.array < estimate.vliw {
-            keep_in_slots(func, data);
+            keep_in_slots(func, &data.blocks);
             chunks(func, data, ahead, &mut free);
         } else if let Some(mark) = &mut func.blocks[data.header].kernel {
             mark.slower = Some(estimate);
@@ -171,7 +162,7 @@ fn chunks(func: &mut Function, data: &LoopData, ahead: Ahead, free: &mut Free) {
     let gone = at.constant(header, Bits::Pred(false));
     at.func.blocks[header].end = Terminator::Branch {
         cond: alive,
-        then: target(body, Vec::new()),
+        then: Target::to(body),
         other: state(&own, gone, way, &kept),
     };
     at.func.blocks[header].kernel = mark;
@@ -230,14 +221,14 @@ fn chunks(func: &mut Function, data: &LoopData, ahead: Ahead, free: &mut Free) {
     at.func.blocks[latch].end = Terminator::Branch {
         cond: more,
         then: target(header, args),
-        other: target(after, Vec::new()),
+        other: Target::to(after),
     };
 
     // Behind a chunk.
     at.func.blocks[after].end = Terminator::Branch {
         cond: still,
-        then: target(again, Vec::new()),
-        other: target(leave, Vec::new()),
+        then: Target::to(again),
+        other: Target::to(leave),
     };
     let doubled = at.op(again, Opcode::Add, &[chunk, chunk]);
     let longest = at.constant(again, Bits::Word(LONGEST_CHUNK));
@@ -254,20 +245,15 @@ fn chunks(func: &mut Function, data: &LoopData, ahead: Ahead, free: &mut Free) {
 
 /// The ways out of a loop, each with the block that takes it.
 fn ways_out(func: &Function, data: &LoopData) -> Vec<(Block, Target)> {
-    let blocks = data.blocks.iter();
-    let ways = blocks.flat_map(|&from| {
-        let targets = func.blocks[from].end.targets();
-        let out = targets.filter(|t| !data.blocks.contains(&t.block));
-        out.map(move |t| (from, t.clone()))
-    });
-    ways.collect()
+    let exits = data.exits(func);
+    exits.map(|(from, target)| (from, target.clone())).collect()
 }
 
 /// Lets the jump `to` at the end of a block go to another one instead, and bring nothing.
 fn redirect(func: &mut Function, from: Block, to: &Target, block: Block) {
     let mut targets = func.blocks[from].end.targets_mut();
     let found = targets.find(|t| *t == to).expect("it was found there");
-    *found = target(block, Vec::new());
+    *found = Target::to(block);
 }
 
 /// Goes the way out with the number that was taken.
@@ -295,7 +281,7 @@ fn dispatch(
         at.func.blocks[block].end = Terminator::Branch {
             cond: is,
             then: out,
-            other: target(next, Vec::new()),
+            other: Target::to(next),
         };
         block = next;
     }
@@ -303,14 +289,7 @@ fn dispatch(
 
 /// Lets all jumps into a loop from outside go to another block.
 fn enter(func: &mut Function, data: &LoopData, entry: Block) {
-    let layout = func.layout.clone();
-    for block in layout {
-        if !data.blocks.contains(&block) {
-            for target in func.blocks[block].end.targets_mut() {
-                if target.block == data.header {
-                    target.block = entry;
-                }
-            }
-        }
+    for &block in func.layout.iter().filter(|&&b| !data.contains(b)) {
+        func.blocks[block].end.retarget(data.header, entry);
     }
 }

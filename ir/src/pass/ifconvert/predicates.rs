@@ -1,7 +1,7 @@
 //! The predicates of the ways through a loop body.
 
 use super::push_op;
-use crate::flow::{Cfg, Dominators, LoopData};
+use crate::flow::{Cfg, Flow, LoopData};
 use crate::program::*;
 use rustc_hash::FxHashMap;
 use srp_archdesc::isa::{Opcode, Ty};
@@ -44,7 +44,7 @@ pub(super) struct Ways {
 }
 
 impl Ways {
-    pub(super) fn of(func: &Function, cfg: &Cfg, dominators: &Dominators, data: &LoopData) -> Ways {
+    pub(super) fn of(func: &Function, flow: &Flow, data: &LoopData) -> Ways {
         let mut edges = FxHashMap::<Block, Vec<Edge>>::default();
         for &block in &data.blocks {
             let end = &func.blocks[block].end;
@@ -55,7 +55,7 @@ impl Ways {
                     _ => None,
                 };
                 sense = false;
-                if target.block != data.header && data.blocks.contains(&target.block) {
+                if target.block != data.header && data.contains(target.block) {
                     edges.entry(target.block).or_default().push(Edge {
                         from: block,
                         cond,
@@ -65,11 +65,12 @@ impl Ways {
                 }
             }
         }
-        let after = post_dominators(func, cfg, data);
+        let after = post_dominators(func, &flow.cfg, data);
         let mut parent = FxHashMap::default();
         let mut sure = FxHashMap::default();
         for &block in &data.blocks[1..] {
-            let above = dominators
+            let above = flow
+                .dominators
                 .parent(block)
                 .expect("the header dominates the blocks of its loop");
             let mut at = Some(above);
@@ -363,7 +364,7 @@ fn post_dominators(func: &Function, cfg: &Cfg, data: &LoopData) -> FxHashMap<Blo
     let mut after = FxHashMap::<Block, Block>::default();
     for &block in data.blocks.iter().rev() {
         let targets = func.blocks[block].end.targets().map(|t| t.block);
-        let inside = targets.filter(|&t| t != data.header && data.blocks.contains(&t));
+        let inside = targets.filter(|&t| t != data.header && data.contains(t));
         let meet = |a: Block, b: Block| {
             let (mut a, mut b) = (a, b);
             while a != b {

@@ -3,7 +3,7 @@
 //! magnitudes; none of them lies on the way from one iteration's sum to the next's but the addition that was there.
 
 use super::tree::{Made, operation};
-use crate::flow::{Cfg, Dominators, Loops};
+use crate::flow::Flow;
 use crate::program::*;
 use srp_archdesc::isa::{Opcode, Ty};
 
@@ -45,11 +45,8 @@ pub(super) fn compensate(func: &mut Function, is_wished: &dyn Fn(Pos) -> bool) -
 
 fn carried(func: &Function) -> Vec<Carried> {
     let made = Made::of(func);
-    let cfg = Cfg::of(func);
-    let dominators = Dominators::of(&cfg);
-    let loops = Loops::of(&cfg, &dominators);
     let mut found = Vec::new();
-    for data in loops.loops.values() {
+    for data in Flow::of(func).loops.loops.values() {
         let &[latch] = data.latches.as_slice() else {
             continue;
         };

@@ -1,6 +1,6 @@
 //! Estimates what loops take on an array with common units, so that a form can be chosen.
 
-use crate::flow::{Cfg, Dominators, Loops};
+use crate::flow::Flow;
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Class, Effect, Opcode};
@@ -114,12 +114,8 @@ impl Callees {
         let mut callees = Callees {
             simple: EntityMap::filled(program.funcs.len(), None),
         };
-        let has_loops = |func: &Function| {
-            let cfg = Cfg::of(func);
-            !Loops::of(&cfg, &Dominators::of(&cfg)).loops.is_empty()
-        };
         let mut straight: Vec<(Func, &Function)> = program.funcs.iter().collect();
-        straight.retain(|(_, func)| !has_loops(func));
+        straight.retain(|(_, func)| Flow::of(func).loops.loops.is_empty());
         // Callees first, as deep as functions are called in practice.
         for _ in 0..4 {
             let mut changed = false;

@@ -6,7 +6,7 @@
 //! which [`mem2reg`](super::super::mem2reg) makes values again.
 
 use super::estimate::{Callees, Work};
-use super::{Dominators, Loop, LoopData, Loops, access, copy, trip};
+use super::{Dominators, Flow, Loop, LoopData, access, copy, trip};
 use crate::program::*;
 use rustc_hash::FxHashSet;
 use srp_archdesc::arch::Precision;
@@ -31,22 +31,23 @@ const MAX_SIZE: u32 = 200;
 /// Flattens a marked loop that has one loop inside it, where that can be done and gains.
 pub(super) fn flatten(
     func: &mut Function,
-    dominators: &Dominators,
-    loops: &Loops,
+    flow: &Flow,
     id: Loop,
     callees: &Callees,
     precision: &Precision,
 ) -> bool {
+    let Flow {
+        dominators, loops, ..
+    } = flow;
     let outer = &loops.loops[id];
-    let mut inside = loops.loops.iter().filter(|(_, l)| l.parent == Some(id));
+    let mut inside = loops.inside(id);
     let (Some((inner_id, inner)), None) = (inside.next(), inside.next()) else {
         return false;
     };
-    let innermost = loops.loops.values().all(|l| l.parent != Some(inner_id));
     let mark = func.blocks[inner.header].kernel.as_ref();
     // What a pragma says of the iterations of one loop says nothing of those of both.
     let says = |mark: &KernelMark| !mark.independence.is_none();
-    if !innermost || mark.is_none_or(|m| m.required || says(m)) {
+    if !loops.is_innermost(inner_id) || mark.is_none_or(|m| m.required || says(m)) {
         return false;
     }
     let Some(nest) = Nest::of(func, dominators, outer, inner) else {
@@ -62,7 +63,7 @@ pub(super) fn flatten(
     }
     let (mut own, mut around) = (Work::default(), Work::default());
     for &block in &outer.blocks {
-        let work = match inner.blocks.contains(&block) {
+        let work = match inner.contains(block) {
             true => &mut own,
             false => &mut around,
         };
@@ -105,19 +106,13 @@ impl<'a> Nest<'a> {
         if !dominators.dominates(inner.header, *latch) || inner.header == outer.header {
             return None;
         }
-        let leaves = |data: &LoopData, block: Block| {
-            let mut targets = func.blocks[block].end.targets();
-            targets.any(|t| !data.blocks.contains(&t.block))
-        };
-        let early = |data: &LoopData, latch: Block| {
-            data.blocks.iter().any(|&b| b != latch && leaves(data, b))
-        };
+        let early = |data: &LoopData, latch: Block| data.exits(func).any(|(from, _)| from != latch);
         if early(outer, *latch) || early(inner, *inner_latch) {
             return None;
         }
         let after = |b: Block| dominators.dominates(inner.header, b);
         let mut before = outer.blocks.clone();
-        before.retain(|&b| !inner.blocks.contains(&b) && !after(b));
+        before.retain(|&b| !inner.contains(b) && !after(b));
         before.contains(&outer.header).then_some(Nest {
             outer,
             inner,
@@ -182,25 +177,17 @@ impl<'a> Nest<'a> {
         func.blocks[latch].insts.extend(insts);
         let all = func.append_const(latch, Bits::Word(count), pos);
         let more = func.append_op(latch, Opcode::Ne, &[next, all], 0, pos);
-        let to = |block: Block| Target {
-            block,
-            args: Vec::new(),
-        };
         func.blocks[latch].end = Terminator::Branch {
             cond: more.expect("comparisons have a result"),
-            then: to(inner.header),
-            other: to(exit),
+            then: Target::to(inner.header),
+            other: Target::to(exit),
         };
 
         // Into the inner loop: from the first copy as before, from all else by the new latch.
         let stored: Vec<Block> = func.layout.iter().copied().chain(again.clone()).collect();
         let first: FxHashSet<Block> = again_old.iter().copied().collect();
-        for &block in &stored {
-            for target in func.blocks[block].end.targets_mut() {
-                if target.block == inner.header && !first.contains(&block) {
-                    target.block = latch;
-                }
-            }
+        for &block in stored.iter().filter(|block| !first.contains(block)) {
+            func.blocks[block].end.retarget(inner.header, latch);
         }
         // Back to the outer loop: to the copy of what comes before the inner one. Out of it: to the
         // new latch, which goes on to where it left.
@@ -208,8 +195,9 @@ impl<'a> Nest<'a> {
         let Terminator::Branch { then, other, .. } = func.blocks[end_of].end.clone() else {
             unreachable!("the outer loop is left at its latch")
         };
-        let goes_back = |t: &Target| reaches_header(func, t.block, outer.header);
-        let (back, out) = match goes_back(&then) {
+        let goes_back =
+            then.block == outer.header || func.blocks[then.block].end.is_jump_to(outer.header);
+        let (back, out) = match goes_back {
             true => (then, other),
             false => (other, then),
         };
@@ -232,11 +220,11 @@ impl<'a> Nest<'a> {
             func.blocks[leave].insts.extend(insts);
             kept.push((slot, ty));
         }
-        func.blocks[leave].end = Terminator::Jump(to(latch));
+        func.blocks[leave].end = Terminator::Jump(Target::to(latch));
         for target in func.blocks[end_of].end.targets_mut() {
             match *target == out {
-                true => *target = to(leave),
-                false => *target = to(entry_of_back),
+                true => *target = Target::to(leave),
+                false => *target = Target::to(entry_of_back),
             }
         }
         let mut args = Vec::new();
@@ -259,12 +247,6 @@ impl<'a> Nest<'a> {
         func.layout.extend(again);
         func.layout.extend([latch, leave, exit]);
     }
-}
-
-/// True when a block is the header, or one that only jumps there.
-fn reaches_header(func: &Function, block: Block, header: Block) -> bool {
-    let jumps = |t: &Terminator| matches!(t, Terminator::Jump(to) if to.block == header);
-    block == header || jumps(&func.blocks[block].end)
 }
 
 fn new_slot(func: &mut Function, ty: Ty) -> Slot {
@@ -311,15 +293,9 @@ fn params_to_slots(func: &mut Function, block: Block) {
                 let (insts, _) = access(func, slot, ty, Some(arg), pos);
                 func.blocks[on_way].insts.extend(insts);
             }
-            func.blocks[on_way].end = Terminator::Jump(Target {
-                block,
-                args: Vec::new(),
-            });
+            func.blocks[on_way].end = Terminator::Jump(Target::to(block));
             if let Some(to) = func.blocks[from].end.targets_mut().nth(way) {
-                *to = Target {
-                    block: on_way,
-                    args: Vec::new(),
-                };
+                *to = Target::to(on_way);
             }
         }
     }
