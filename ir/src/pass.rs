@@ -14,6 +14,7 @@ mod dce;
 mod dead_loops;
 mod dead_stores;
 mod defs;
+mod duplicate;
 mod fast_math;
 mod fold;
 mod guards;
@@ -39,8 +40,10 @@ mod replicate;
 mod restrict;
 mod rewrite;
 mod short_ways;
+mod slots;
 mod software;
 mod strength;
+mod trip;
 mod unroll;
 
 use crate::program::Pos;

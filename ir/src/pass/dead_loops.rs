@@ -3,7 +3,7 @@
 
 use super::defs::Defs;
 use super::preheader;
-use super::unroll::trip;
+use super::trip::trip;
 use crate::flow::{Dominators, Flow, LoopData};
 use crate::program::*;
 use rustc_hash::FxHashSet;

@@ -2,7 +2,7 @@
 
 use super::alias::{Object, Objects};
 use super::preheader::{find, with_preheaders};
-use super::unroll::access;
+use super::slots::{load, slot_for, store};
 use crate::flow::{Flow, LoopData};
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
@@ -117,27 +117,18 @@ fn places(
 
 /// Keeps one place in a slot while a loop runs.
 fn keep(func: &mut Function, data: &LoopData, before: Block, place: Place, accesses: &[Inst]) {
-    let (ty, size) = if place.vector {
-        (Ty::Vec, 16)
-    } else {
-        (Ty::Word, 4)
-    };
-    let (load, store) = match place.vector {
-        true => (Opcode::Lv, Opcode::Sv),
-        false => (Opcode::Lw, Opcode::Sw),
+    let (ty, first, last) = match place.vector {
+        true => (Ty::Vec, Opcode::Lv, Opcode::Sv),
+        false => (Ty::Word, Opcode::Lw, Opcode::Sw),
     };
     let pos = func.insts[accesses[0]].pos;
-    let slot = func.slots.push(SlotData {
-        name: "kept".to_owned(),
-        size,
-        align: size,
-    });
+    let slot = slot_for(func, ty, "kept");
     let symbol = InstKind::SymbolAddr(Symbol::Global(place.global), place.start);
     let start = func.append(before, symbol.clone(), &[Ty::Word], pos);
     let start = func.insts[start].results[0];
     let truth = func.append_const(before, Bits::Pred(true), pos);
-    let first = func.append_op(before, load, &[truth, start], 0, pos);
-    let (insts, _) = access(func, slot, ty, first, pos);
+    let value = func.append_op(before, first, &[truth, start], 0, pos);
+    let insts = store(func, slot, value.expect("loads have a result"), pos);
     func.blocks[before].insts.extend(insts);
     for &block in &data.blocks {
         let mut insts = Vec::new();
@@ -164,13 +155,12 @@ fn keep(func: &mut Function, data: &LoopData, before: Block, place: Place, acces
                 continue;
             };
             let behind = func.add_block();
-            let (insts, last) = access(func, slot, ty, None, pos);
+            let (insts, value) = load(func, slot, ty, pos);
             func.blocks[behind].insts = insts;
             let start = func.append(behind, symbol.clone(), &[Ty::Word], pos);
             let start = func.insts[start].results[0];
             let truth = func.append_const(behind, Bits::Pred(true), pos);
-            let last = last.expect("loads have a result");
-            func.append_op(behind, store, &[truth, start, last], 0, pos);
+            func.append_op(behind, last, &[truth, start, value], 0, pos);
             func.blocks[behind].end = Terminator::Jump(target);
             func.blocks[behind].end_pos = func.blocks[block].end_pos;
             if let Some(target) = func.blocks[block].end.targets_mut().nth(way) {

@@ -4,8 +4,11 @@
 //! anything; [`hyperblocks`](super::hyperblock) makes one block of them. Where the number is known,
 //! tests that never end the loop go.
 
+use super::duplicate::{copy, rename_outside};
 use super::hyperblock::size;
-use super::unroll::{Trip, copy, keep_in_slots, rename_outside, trip, write_out};
+use super::slots::{Uses, demote};
+use super::trip::{Trip, trip};
+use super::unroll::write_out;
 use crate::flow::{Flow, LoopData};
 use crate::program::*;
 use srp_archdesc::arch::Precision;
@@ -93,7 +96,7 @@ pub(crate) fn replicate(func: &mut Function, precision: &Precision) -> bool {
 /// Puts copies of a loop of one block behind it, the last of which goes back.
 fn follow(func: &mut Function, block: Block, copies: usize, tested: bool) {
     if tested {
-        keep_in_slots(func, &[block]);
+        demote(func, &[block], Uses::Outside, "left");
     }
     let mut blocks = vec![block];
     let mut last = None;

@@ -10,8 +10,9 @@
 //! go back.
 
 use super::defs::Defs;
+use super::duplicate::copy;
 use super::hyperblock::size;
-use super::unroll::{copy, keep_in_slots};
+use super::slots::{Uses, demote};
 use crate::flow::{Cfg, Flow, Loop, LoopData};
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
@@ -122,7 +123,7 @@ impl<'a> Ways<'a> {
         let Some(&block) = blocks.find(|b| meets(b) && self.goes_back(func, **b)) else {
             return false;
         };
-        keep_in_slots(func, &[block]);
+        demote(func, &[block], Uses::Outside, "left");
         let (made, _) = copy(func, &[block]);
         for &pred in &self.cfg.preds[block] {
             if self.leads(pred) {

@@ -20,7 +20,7 @@ use super::ahead::Ahead;
 use super::counted::is_counted;
 use super::estimate::{FIRST_CHUNK, LONGEST_CHUNK, estimate};
 use crate::flow::{Flow, LoopData};
-use crate::pass::unroll::keep_in_slots;
+use crate::pass::slots::{Uses, demote};
 use crate::program::*;
 use rustc_hash::FxHashSet;
 use srp_archdesc::entity::EntityMap;
@@ -76,7 +76,7 @@ pub(super) fn run_in_chunks(func: &mut Function, globals: &EntityMap<Global, Glo
         let ahead = Ahead::of(func, globals, data);
         let estimate = estimate(func, &dominators, data, &ahead);
         if required || estimate.array < estimate.vliw {
-            keep_in_slots(func, &data.blocks);
+            demote(func, &data.blocks, Uses::Outside, "left");
             chunks(func, data, ahead, &mut free);
         } else if let Some(mark) = &mut func.blocks[data.header].kernel {
             mark.slower = Some(estimate);

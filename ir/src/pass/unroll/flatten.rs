@@ -6,7 +6,10 @@
 //! which [`mem2reg`](super::super::mem2reg) makes values again.
 
 use super::estimate::{Callees, Work};
-use super::{Dominators, Flow, Loop, LoopData, access, copy, trip};
+use crate::flow::{Dominators, Flow, Loop, LoopData};
+use crate::pass::duplicate::copy;
+use crate::pass::slots::{Uses, demote, load, slot_for, store};
+use crate::pass::trip::trip;
 use crate::program::*;
 use rustc_hash::FxHashSet;
 use srp_archdesc::arch::Precision;
@@ -24,6 +27,9 @@ const FILLING: u32 = 20;
 
 /// Cycles from one iteration to the next that the tests of both loops and what they select take.
 const TESTS: u32 = 5;
+
+/// The slots of values that cross blocks.
+const NAME: &str = "nest";
 
 /// Operations of both: that of a loop that is soon scheduled.
 const MAX_SIZE: u32 = 200;
@@ -137,7 +143,7 @@ impl<'a> Nest<'a> {
                 params_to_slots(func, block);
             }
         }
-        values_to_slots(func, &blocks);
+        demote(func, &blocks, Uses::Elsewhere, NAME);
 
         // The way to the next round: what comes before the inner loop, once more.
         let mut again_old = self.before.clone();
@@ -157,23 +163,18 @@ impl<'a> Nest<'a> {
         let head = again_old.iter().position(|&b| b == outer.header);
         let head = again[head.expect("the header is before the inner loop")];
 
-        let counter = func.slots.push(SlotData {
-            name: "rounds".to_owned(),
-            size: 4,
-            align: 4,
-        });
+        let counter = slot_for(func, Ty::Word, "rounds");
         let [latch, exit] = [(); 2].map(|()| {
             let block = func.blocks.push(BlockData::unreachable());
             func.blocks[block].end_pos = pos;
             block
         });
         let one = func.append_const(latch, Bits::Word(1), pos);
-        let (insts, counted) = access(func, counter, Ty::Word, None, pos);
+        let (insts, counted) = load(func, counter, Ty::Word, pos);
         func.blocks[latch].insts.extend(insts);
-        let counted = counted.expect("loads have a result");
         let next = func.append_op(latch, Opcode::Add, &[counted, one], 0, pos);
         let next = next.expect("sums have a result");
-        let (insts, _) = access(func, counter, Ty::Word, Some(next), pos);
+        let insts = store(func, counter, next, pos);
         func.blocks[latch].insts.extend(insts);
         let all = func.append_const(latch, Bits::Word(count), pos);
         let more = func.append_op(latch, Opcode::Ne, &[next, all], 0, pos);
@@ -215,8 +216,8 @@ impl<'a> Nest<'a> {
         let mut kept = Vec::new();
         for &arg in &out.args {
             let ty = func.values[arg];
-            let slot = new_slot(func, ty);
-            let (insts, _) = access(func, slot, ty, Some(arg), pos);
+            let slot = slot_for(func, ty, NAME);
+            let insts = store(func, slot, arg, pos);
             func.blocks[leave].insts.extend(insts);
             kept.push((slot, ty));
         }
@@ -229,9 +230,9 @@ impl<'a> Nest<'a> {
         }
         let mut args = Vec::new();
         for (slot, ty) in kept {
-            let (insts, value) = access(func, slot, ty, None, pos);
+            let (insts, value) = load(func, slot, ty, pos);
             func.blocks[exit].insts.extend(insts);
-            args.extend(value);
+            args.push(value);
         }
         func.blocks[exit].end = Terminator::Jump(Target {
             block: out.block,
@@ -240,22 +241,13 @@ impl<'a> Nest<'a> {
         // The count begins where the outer loop does.
         let zero = func.make_inst(InstKind::Const(Bits::Word(0)), &[Ty::Word], pos);
         let value = func.insts[zero].results[0];
-        let (mut insts, _) = access(func, counter, Ty::Word, Some(value), pos);
+        let mut insts = store(func, counter, value, pos);
         insts.insert(0, zero);
         func.blocks[outer.header].insts.splice(0..0, insts);
         func.blocks[inner.header].kernel = mark;
         func.layout.extend(again);
         func.layout.extend([latch, leave, exit]);
     }
-}
-
-fn new_slot(func: &mut Function, ty: Ty) -> Slot {
-    let size = if ty == Ty::Vec { 16 } else { 4 };
-    func.slots.push(SlotData {
-        name: "nest".to_owned(),
-        size,
-        align: size,
-    })
 }
 
 /// Lets the parameters of a block come through slots: a block on each jump to it stores them.
@@ -269,15 +261,13 @@ fn params_to_slots(func: &mut Function, block: Block) {
     let mut loads = Vec::new();
     for &param in &params {
         let ty = func.values[param];
-        let slot = new_slot(func, ty);
-        let (mut insts, value) = access(func, slot, ty, None, pos);
+        let slot = slot_for(func, ty, NAME);
+        let (insts, _) = load(func, slot, ty, pos);
         // The last instruction defines the parameter now.
-        let last = insts.pop().expect("a load has instructions");
+        let last = *insts.last().expect("a load has instructions");
         func.insts[last].results = vec![param];
-        debug_assert!(value.is_some());
-        insts.push(last);
         loads.extend(insts);
-        slots.push((slot, ty));
+        slots.push(slot);
     }
     func.blocks[block].insts.splice(0..0, loads);
     for from in func.layout.clone() {
@@ -289,62 +279,14 @@ fn params_to_slots(func: &mut Function, block: Block) {
             };
             let on_way = func.add_block();
             func.blocks[on_way].end_pos = pos;
-            for (&(slot, ty), &arg) in slots.iter().zip(&target.args) {
-                let (insts, _) = access(func, slot, ty, Some(arg), pos);
+            for (&slot, &arg) in slots.iter().zip(&target.args) {
+                let insts = store(func, slot, arg, pos);
                 func.blocks[on_way].insts.extend(insts);
             }
             func.blocks[on_way].end = Terminator::Jump(Target::to(block));
             if let Some(to) = func.blocks[from].end.targets_mut().nth(way) {
                 *to = Target::to(on_way);
             }
-        }
-    }
-}
-
-/// Keeps what some blocks define and other blocks use in slots.
-fn values_to_slots(func: &mut Function, blocks: &[Block]) {
-    let mut defined = Vec::new();
-    for &block in blocks {
-        for &inst in &func.blocks[block].insts {
-            defined.extend(func.insts[inst].results.iter().map(|&v| (v, block, inst)));
-        }
-    }
-    let all = func.layout.clone();
-    let mut users = rustc_hash::FxHashMap::<Value, Vec<Block>>::default();
-    for &block in &all {
-        let mut note = |v: Value| {
-            let list = users.entry(v).or_default();
-            if list.last() != Some(&block) {
-                list.push(block);
-            }
-        };
-        for &inst in &func.blocks[block].insts {
-            func.insts[inst].kind.for_each_use(&mut note);
-        }
-        func.blocks[block].end.for_each_use(&mut note);
-    }
-    for (value, block, inst) in defined {
-        let elsewhere: Vec<Block> = users.get(&value).map_or(Vec::new(), |list| {
-            list.iter().copied().filter(|&b| b != block).collect()
-        });
-        if elsewhere.is_empty() {
-            continue;
-        }
-        if super::is_constant(&func.insts[inst].kind) {
-            for user in elsewhere {
-                super::make_where_used(func, user, value, inst);
-            }
-            continue;
-        }
-        let ty = func.values[value];
-        let slot = new_slot(func, ty);
-        let pos = func.insts[inst].pos;
-        let (store, _) = access(func, slot, ty, Some(value), pos);
-        let insts = &func.blocks[block].insts;
-        let place = insts.iter().position(|&i| i == inst).map_or(0, |p| p + 1);
-        func.blocks[block].insts.splice(place..place, store);
-        for user in elsewhere {
-            super::load_where_used(func, user, value, slot, ty);
         }
     }
 }
