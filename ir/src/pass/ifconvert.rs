@@ -50,7 +50,7 @@ pub(crate) fn ifconvert(
             }),
             None if data.blocks.len() > 1 => {
                 let ways = Ways::of(func, &flow, data);
-                flatten(func, ways, data, &free, &mut renames);
+                to_one_block(func, ways, data, &free, &mut renames);
             }
             None => {}
         }
@@ -111,7 +111,7 @@ fn obstacle(
 }
 
 /// Puts all blocks of a loop into its header.
-fn flatten(
+fn to_one_block(
     func: &mut Function,
     mut ways: Ways,
     data: &LoopData,

@@ -12,11 +12,11 @@ use crate::program::*;
 use rustc_hash::FxHashMap;
 use srp_archdesc::arch::Precision;
 
+mod collapse;
 mod estimate;
-mod flatten;
 
+use collapse::collapse;
 use estimate::{Callees, Work};
-use flatten::flatten;
 
 /// Iterations that are written out at most.
 const MAX_TRIP: u32 = 32;
@@ -75,7 +75,7 @@ fn unroll_in_one(func: &mut Function, callees: &Callees, precision: &Precision) 
         }
         let unrolled = worth_unrolling(func, &flow, id, callees, precision);
         let Some(inner) = unrolled else {
-            if flatten(func, &flow, id, callees, precision) {
+            if collapse(func, &flow, id, callees, precision) {
                 return true;
             }
             continue;

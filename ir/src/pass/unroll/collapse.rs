@@ -1,4 +1,4 @@
-//! Flattening: a loop and the one inside it as one loop.
+//! Loop collapsing: a loop and the one inside it as one loop.
 //!
 //! Where both run a constant number of times, the kernel runs as often as both together. It begins
 //! where the inner loop does; what stands around that one in the outer loop is done, under the test of
@@ -28,14 +28,14 @@ const FILLING: u32 = 20;
 /// Cycles from one iteration to the next that the tests of both loops and what they select take.
 const TESTS: u32 = 5;
 
-/// The slots of values that cross blocks.
-const NAME: &str = "nest";
-
 /// Operations of both: that of a loop that is soon scheduled.
 const MAX_SIZE: u32 = 200;
 
-/// Flattens a marked loop that has one loop inside it, where that can be done and gains.
-pub(super) fn flatten(
+/// The slots of values that cross blocks.
+const NAME: &str = "nest";
+
+/// Collapses a marked loop and the only one inside it, where that can be done and gains.
+pub(super) fn collapse(
     func: &mut Function,
     flow: &Flow,
     id: Loop,
@@ -86,7 +86,7 @@ pub(super) fn flatten(
     if often.count * own.interval().max(TESTS) >= apart {
         return false;
     }
-    nest.flatten(func, often.count * rounds.count);
+    nest.collapse(func, often.count * rounds.count);
     true
 }
 
@@ -126,93 +126,119 @@ impl<'a> Nest<'a> {
         })
     }
 
-    fn flatten(&self, func: &mut Function, count: u32) {
-        let Nest { outer, inner, .. } = self;
-        let mut mark = func.blocks[inner.header].kernel.take();
-        let outer_mark = func.blocks[outer.header].kernel.take();
-        if let (Some(mark), Some(outer)) = (&mut mark, &outer_mark) {
+    /// Makes both one loop that runs so often.
+    fn collapse(&self, func: &mut Function, count: u32) {
+        let (mark, pos) = self.take_marks(func);
+        self.keep_in_slots(func);
+        let again = self.copy_prologue(func);
+        let counter = self.add_counter(func, count, pos);
+        self.enter_counted(func, &again, &counter);
+        let (back, out) = self.back_and_out(func);
+        let head = go_on_to(func, &back, self.outer.header, again.head);
+        let leave = self.leave_counted(func, &counter, &out, head, pos);
+        self.begin_counting(func, &counter, pos);
+        func.blocks[self.inner.header].kernel = mark;
+        func.layout.extend(again.blocks);
+        func.layout.extend([counter.latch, leave, counter.exit]);
+    }
+
+    /// Takes the marks of both off. Returns that of the one loop, and the position of the outer one.
+    fn take_marks(&self, func: &mut Function) -> (Option<KernelMark>, Pos) {
+        let mut mark = func.blocks[self.inner.header].kernel.take();
+        let outer = func.blocks[self.outer.header].kernel.take();
+        if let (Some(mark), Some(outer)) = (&mut mark, &outer) {
             // What holds of pointers holds for as long as the outer loop runs.
             mark.restrict.clone_from(&outer.restrict);
         }
-        let pos = outer_mark.as_ref().map_or(Pos::nowhere(), |m| m.pos);
-        let blocks = outer.blocks.clone();
-        params_to_slots(func, outer.header);
-        params_to_slots(func, inner.header);
-        for &block in &blocks {
-            if block != outer.header && block != inner.header {
-                params_to_slots(func, block);
-            }
-        }
-        demote(func, &blocks, Uses::Elsewhere, NAME);
+        (mark, outer.map_or(Pos::nowhere(), |outer| outer.pos))
+    }
 
-        // The way to the next round: what comes before the inner loop, once more.
-        let mut again_old = self.before.clone();
-        let edges: Vec<Block> = func.layout.clone();
+    /// Lets no block of the outer loop use a value of another.
+    fn keep_in_slots(&self, func: &mut Function) {
+        let headers = [self.outer.header, self.inner.header];
+        let others = self.outer.blocks.iter().filter(|b| !headers.contains(b));
+        for &block in headers.iter().chain(others) {
+            params_to_slots(func, block);
+        }
+        demote(func, &self.outer.blocks, Uses::Elsewhere, NAME);
+    }
+
+    /// Copies what comes before the inner loop: the way to the next round.
+    fn copy_prologue(&self, func: &mut Function) -> Prologue {
+        let mut old = self.before.clone();
         // Blocks that were put on jumps between those before the inner loop, and into it.
-        for &block in &edges {
-            let on_edge = !blocks.contains(&block) && !again_old.contains(&block);
+        for &block in &func.layout {
+            let on_edge = !self.outer.contains(block);
             let from = |b: &Block| func.blocks[*b].end.targets().any(|t| t.block == block);
             if on_edge && self.before.iter().any(from) {
-                again_old.push(block);
+                old.push(block);
             }
         }
-        let (again, _) = copy(func, &again_old);
-        for &block in &again {
+        let (blocks, _) = copy(func, &old);
+        for &block in &blocks {
             func.blocks[block].kernel = None;
         }
-        let head = again_old.iter().position(|&b| b == outer.header);
-        let head = again[head.expect("the header is before the inner loop")];
+        let head = old.iter().position(|&b| b == self.outer.header);
+        let head = blocks[head.expect("the header is before the inner loop")];
+        Prologue { old, blocks, head }
+    }
 
-        let counter = slot_for(func, Ty::Word, "rounds");
-        let [latch, exit] = [(); 2].map(|()| {
-            let block = func.blocks.push(BlockData::unreachable());
-            func.blocks[block].end_pos = pos;
-            block
-        });
+    /// Makes the latch of the one loop, which counts its iterations.
+    fn add_counter(&self, func: &mut Function, count: u32, pos: Pos) -> Counter {
+        let slot = slot_for(func, Ty::Word, "rounds");
+        let [latch, exit] = [(); 2].map(|()| new_block(func, pos));
         let one = func.append_const(latch, Bits::Word(1), pos);
-        let (insts, counted) = load(func, counter, Ty::Word, pos);
+        let (insts, counted) = load(func, slot, Ty::Word, pos);
         func.blocks[latch].insts.extend(insts);
         let next = func.append_op(latch, Opcode::Add, &[counted, one], 0, pos);
         let next = next.expect("sums have a result");
-        let insts = store(func, counter, next, pos);
+        let insts = store(func, slot, next, pos);
         func.blocks[latch].insts.extend(insts);
         let all = func.append_const(latch, Bits::Word(count), pos);
         let more = func.append_op(latch, Opcode::Ne, &[next, all], 0, pos);
         func.blocks[latch].end = Terminator::Branch {
             cond: more.expect("comparisons have a result"),
-            then: Target::to(inner.header),
+            then: Target::to(self.inner.header),
             other: Target::to(exit),
         };
+        Counter { slot, latch, exit }
+    }
 
-        // Into the inner loop: from the first copy as before, from all else by the new latch.
-        let stored: Vec<Block> = func.layout.iter().copied().chain(again.clone()).collect();
-        let first: FxHashSet<Block> = again_old.iter().copied().collect();
-        for &block in stored.iter().filter(|block| !first.contains(block)) {
-            func.blocks[block].end.retarget(inner.header, latch);
-        }
-        // Back to the outer loop: to the copy of what comes before the inner one. Out of it: to the
-        // new latch, which goes on to where it left.
-        let end_of = outer.latches[0];
-        let Terminator::Branch { then, other, .. } = func.blocks[end_of].end.clone() else {
-            unreachable!("the outer loop is left at its latch")
-        };
-        let goes_back =
-            then.block == outer.header || func.blocks[then.block].end.is_jump_to(outer.header);
-        let (back, out) = match goes_back {
-            true => (then, other),
-            false => (other, then),
-        };
-        let mut entry_of_back = back.block;
-        if entry_of_back == outer.header {
-            entry_of_back = head;
-        } else {
-            // A block on the jump, which stores what it brings.
-            for target in func.blocks[entry_of_back].end.targets_mut() {
-                target.block = head;
+    /// Lets jumps to the inner loop go to the latch, but for those from what first comes before it.
+    fn enter_counted(&self, func: &mut Function, again: &Prologue, counter: &Counter) {
+        let first: FxHashSet<Block> = again.old.iter().copied().collect();
+        for &block in func.layout.iter().chain(&again.blocks) {
+            if !first.contains(&block) {
+                let end = &mut func.blocks[block].end;
+                end.retarget(self.inner.header, counter.latch);
             }
         }
-        let leave = func.blocks.push(BlockData::unreachable());
-        func.blocks[leave].end_pos = pos;
+    }
+
+    /// Where the latch of the outer loop goes back, and where it leaves.
+    fn back_and_out(&self, func: &Function) -> (Target, Target) {
+        let header = self.outer.header;
+        let end = &func.blocks[self.outer.latches[0]].end;
+        let Terminator::Branch { then, other, .. } = end.clone() else {
+            unreachable!("the outer loop is left at its latch")
+        };
+        match then.block == header || func.blocks[then.block].end.is_jump_to(header) {
+            true => (then, other),
+            false => (other, then),
+        }
+    }
+
+    /// Lets the latch of the outer loop go back to a block, and out to a new one before the latch of the one
+    /// loop, from where the loop is left for the place that `out` names. What `out` brings there waits in slots.
+    fn leave_counted(
+        &self,
+        func: &mut Function,
+        counter: &Counter,
+        out: &Target,
+        back: Block,
+        pos: Pos,
+    ) -> Block {
+        let leave = new_block(func, pos);
         let mut kept = Vec::new();
         for &arg in &out.args {
             let ty = func.values[arg];
@@ -221,33 +247,72 @@ impl<'a> Nest<'a> {
             func.blocks[leave].insts.extend(insts);
             kept.push((slot, ty));
         }
-        func.blocks[leave].end = Terminator::Jump(Target::to(latch));
-        for target in func.blocks[end_of].end.targets_mut() {
-            match *target == out {
+        func.blocks[leave].end = Terminator::Jump(Target::to(counter.latch));
+        for target in func.blocks[self.outer.latches[0]].end.targets_mut() {
+            match target == out {
                 true => *target = Target::to(leave),
-                false => *target = Target::to(entry_of_back),
+                false => *target = Target::to(back),
             }
         }
         let mut args = Vec::new();
         for (slot, ty) in kept {
             let (insts, value) = load(func, slot, ty, pos);
-            func.blocks[exit].insts.extend(insts);
+            func.blocks[counter.exit].insts.extend(insts);
             args.push(value);
         }
-        func.blocks[exit].end = Terminator::Jump(Target {
+        func.blocks[counter.exit].end = Terminator::Jump(Target {
             block: out.block,
             args,
         });
-        // The count begins where the outer loop does.
+        leave
+    }
+
+    /// Begins the count where the outer loop begins.
+    fn begin_counting(&self, func: &mut Function, counter: &Counter, pos: Pos) {
         let zero = func.make_inst(InstKind::Const(Bits::Word(0)), &[Ty::Word], pos);
         let value = func.insts[zero].results[0];
-        let mut insts = store(func, counter, value, pos);
+        let mut insts = store(func, counter.slot, value, pos);
         insts.insert(0, zero);
-        func.blocks[outer.header].insts.splice(0..0, insts);
-        func.blocks[inner.header].kernel = mark;
-        func.layout.extend(again);
-        func.layout.extend([latch, leave, exit]);
+        func.blocks[self.outer.header].insts.splice(0..0, insts);
     }
+}
+
+/// What comes before the inner loop, once more.
+struct Prologue {
+    /// The blocks that were copied.
+    old: Vec<Block>,
+    /// Their copies, which the layout does not have yet.
+    blocks: Vec<Block>,
+    /// The copy of the outer header.
+    head: Block,
+}
+
+/// The latch of the one loop.
+struct Counter {
+    /// Its count of iterations.
+    slot: Slot,
+    latch: Block,
+    /// Where it goes in the end.
+    exit: Block,
+}
+
+/// A block that the layout does not have yet.
+fn new_block(func: &mut Function, pos: Pos) -> Block {
+    let block = func.blocks.push(BlockData::unreachable());
+    func.blocks[block].end_pos = pos;
+    block
+}
+
+/// Lets a way back to a header lead to another block. Returns where it begins then.
+fn go_on_to(func: &mut Function, back: &Target, header: Block, head: Block) -> Block {
+    if back.block == header {
+        return head;
+    }
+    // A block on the jump, which stores what it brings.
+    for target in func.blocks[back.block].end.targets_mut() {
+        target.block = head;
+    }
+    back.block
 }
 
 /// Lets the parameters of a block come through slots: a block on each jump to it stores them.
