@@ -112,141 +112,285 @@ impl At<'_> {
             .map(|&ty| self.func.add_param(block, ty))
             .collect()
     }
+
+    fn end(&mut self, block: Block, end: Terminator) {
+        self.func.blocks[block].end = end;
+    }
+
+    fn jump(&mut self, block: Block, to: Block, args: Vec<Value>) {
+        self.end(block, Terminator::Jump(Target { block: to, args }));
+    }
 }
 
-fn target(block: Block, args: Vec<Value>) -> Target {
-    Target { block, args }
-}
-
+/// Makes a loop one of chunks.
 fn chunks(func: &mut Function, data: &LoopData, ahead: Ahead, free: &mut Free) {
     let mark = func.blocks[data.header].kernel.take();
     let pos = mark.as_ref().map_or(Pos::nowhere(), |mark| mark.pos);
-    let body = data.header;
-    let own = std::mem::take(&mut func.blocks[body].params);
-    let tys: Vec<Ty> = own.iter().map(|&p| func.values[p]).collect();
-    let ways = ways_out(func, data);
-    let brought: Vec<Ty> = ways
-        .iter()
-        .flat_map(|(_, way)| way.args.iter().map(|&v| func.values[v]))
-        .collect();
-    let mut at = At { func, pos };
-    let [entry, outer, header, latch, after, again, leave] = [(); 7].map(|()| at.block());
-
-    // Entering: the first chunk.
-    let first = at.params(entry, &tys);
-    let chunk = at.constant(entry, Bits::Word(FIRST_CHUNK));
-    let args = first.into_iter().chain([chunk]).collect();
-    at.func.blocks[entry].end = Terminator::Jump(target(outer, args));
-    let outer_params = at.params(outer, &tys);
-    let chunk = at.func.add_param(outer, Ty::Word);
-    let mut args = outer_params;
-    args.push(at.constant(outer, Bits::Word(0)));
-    args.push(at.constant(outer, Bits::Pred(true)));
-    args.push(at.constant(outer, Bits::Word(0)));
-    for &ty in &brought {
-        args.push(at.constant(outer, Bits::zero(ty)));
-    }
-    at.func.blocks[outer].end = Terminator::Jump(target(header, args));
-
-    // The kernel: its header takes over the parameters of the old one.
-    at.func.blocks[header].params = own.clone();
-    ahead.move_to(at.func, header);
-    let count = at.func.add_param(header, Ty::Word);
-    let alive = at.func.add_param(header, Ty::Pred);
-    let way = at.func.add_param(header, Ty::Word);
-    let kept = at.params(header, &brought);
-    let state = |next: &[Value], alive: Value, way: Value, kept: &[Value]| {
-        let args = next.iter().chain([&alive, &way]).chain(kept);
-        target(latch, args.copied().collect())
-    };
-    let gone = at.constant(header, Bits::Pred(false));
-    at.func.blocks[header].end = Terminator::Branch {
-        cond: alive,
-        then: Target::to(body),
-        other: state(&own, gone, way, &kept),
-    };
-    at.func.blocks[header].kernel = mark;
-    let mut dead = vec![header];
-
-    // The ways out, each by a block of its own.
-    let mut place = 0;
-    for (number, (from, way_out)) in (0..).zip(&ways) {
-        let block = at.block();
-        let gone = at.constant(block, Bits::Pred(false));
-        let number_of = at.constant(block, Bits::Word(number));
-        let mut values = kept.clone();
-        values[place..place + way_out.args.len()].copy_from_slice(&way_out.args);
-        at.func.blocks[block].end = Terminator::Jump(state(&own, gone, number_of, &values));
-        for other in 0..kept.len() {
-            if !(place..place + way_out.args.len()).contains(&other) {
-                // What another way would bring does not matter on this one.
-                free.insert((block, latch, own.len() + 2 + other));
-            }
-        }
-        place += way_out.args.len();
-        redirect(at.func, *from, way_out, block);
-        at.func.layout.push(block);
-        dead.push(block);
-    }
-    for block in &dead {
-        free.extend((0..own.len()).map(|place| (*block, latch, place)));
-    }
-
-    // The way back.
-    let back = at.block();
-    let old = data.latches[0];
-    let on = at.constant(back, Bits::Pred(true));
-    let next = {
-        let mut targets = at.func.blocks[old].end.targets_mut();
-        let target = targets
-            .find(|t| t.block == body)
-            .expect("a latch jumps back");
-        target.block = back;
-        std::mem::take(&mut target.args)
-    };
-    at.func.blocks[back].end = Terminator::Jump(state(&next, on, way, &kept));
-    free.extend((0..=kept.len()).map(|place| (back, latch, own.len() + 1 + place)));
-    at.func.layout.push(back);
-
-    let next = at.params(latch, &tys);
-    let still = at.func.add_param(latch, Ty::Pred);
-    let taken = at.func.add_param(latch, Ty::Word);
-    let values = at.params(latch, &brought);
-    let one = at.constant(latch, Bits::Word(1));
-    let counted = at.op(latch, Opcode::Add, &[count, one]);
-    let more = at.op(latch, Opcode::Ltu, &[counted, chunk]);
-    let mut args = next.clone();
-    args.extend([counted, still, taken]);
-    args.extend(&values);
-    at.func.blocks[latch].end = Terminator::Branch {
-        cond: more,
-        then: target(header, args),
-        other: Target::to(after),
-    };
-
-    // Behind a chunk.
-    at.func.blocks[after].end = Terminator::Branch {
-        cond: still,
-        then: Target::to(again),
-        other: Target::to(leave),
-    };
-    let doubled = at.op(again, Opcode::Add, &[chunk, chunk]);
-    let longest = at.constant(again, Bits::Word(LONGEST_CHUNK));
-    let longer = at.op(again, Opcode::Minu, &[doubled, longest]);
-    let args = next.into_iter().chain([longer]).collect();
-    at.func.blocks[again].end = Terminator::Jump(target(outer, args));
-    at.func.layout.extend([latch, after, again]);
-    dispatch(&mut at, leave, taken, &ways, &values);
-
-    enter(at.func, data, entry);
-    let place = at.func.layout.iter().position(|&b| b == body).unwrap_or(1);
-    at.func.layout.splice(place..place, [entry, outer, header]);
+    let mut chunks = Chunks::of(func, pos, data);
+    chunks.enter();
+    let chunk = chunks.outer();
+    let state = chunks.header(ahead, mark);
+    chunks.ways_out(&state, free);
+    chunks.way_back(&state, free);
+    let ended = chunks.latch(state.count, chunk);
+    chunks.after(&ended, chunk);
+    chunks.dispatch(&ended);
+    chunks.lay_out();
 }
 
-/// The ways out of a loop, each with the block that takes it.
-fn ways_out(func: &Function, data: &LoopData) -> Vec<(Block, Target)> {
-    let exits = data.exits(func);
-    exits.map(|(from, target)| (from, target.clone())).collect()
+/// A loop that becomes one of chunks; the lines of the diagram above are its blocks.
+struct Chunks<'a> {
+    at: At<'a>,
+    data: &'a LoopData,
+    /// The parameters of the old header, which the new one takes over.
+    own: Vec<Value>,
+    /// Their types.
+    tys: Vec<Ty>,
+    /// The ways out, each with the block that takes it.
+    ways: Vec<(Block, Target)>,
+    /// The types of what the ways out bring, one way after the other.
+    brought: Vec<Ty>,
+    /// The block that begins with the first chunk.
+    entry: Block,
+    outer: Block,
+    header: Block,
+    latch: Block,
+    after: Block,
+    /// The block that goes on to a longer chunk.
+    again: Block,
+    /// The block that goes the way out.
+    leave: Block,
+}
+
+/// The parameters of the new header beyond those of the old one.
+struct State {
+    count: Value,
+    way: Value,
+    /// What ways out have brought.
+    kept: Vec<Value>,
+}
+
+/// The parameters of the latch.
+struct Ended {
+    next: Vec<Value>,
+    alive: Value,
+    way: Value,
+    kept: Vec<Value>,
+}
+
+impl<'a> Chunks<'a> {
+    fn of(func: &'a mut Function, pos: Pos, data: &'a LoopData) -> Chunks<'a> {
+        let own = std::mem::take(&mut func.blocks[data.header].params);
+        let exits = data.exits(func).map(|(from, way)| (from, way.clone()));
+        let ways: Vec<(Block, Target)> = exits.collect();
+        let args = ways.iter().flat_map(|(_, way)| &way.args);
+        let brought = args.map(|&v| func.values[v]).collect();
+        let tys = own.iter().map(|&p| func.values[p]).collect();
+        let mut at = At { func, pos };
+        let [entry, outer, header, latch, after, again, leave] = [(); 7].map(|()| at.block());
+        Chunks {
+            at,
+            data,
+            own,
+            tys,
+            ways,
+            brought,
+            entry,
+            outer,
+            header,
+            latch,
+            after,
+            again,
+            leave,
+        }
+    }
+
+    /// Begins with the first chunk.
+    fn enter(&mut self) {
+        let mut args = self.at.params(self.entry, &self.tys);
+        args.push(self.at.constant(self.entry, Bits::Word(FIRST_CHUNK)));
+        self.at.jump(self.entry, self.outer, args);
+    }
+
+    /// Begins a chunk. Returns its length.
+    fn outer(&mut self) -> Value {
+        let outer = self.outer;
+        let mut args = self.at.params(outer, &self.tys);
+        let chunk = self.at.func.add_param(outer, Ty::Word);
+        args.push(self.at.constant(outer, Bits::Word(0)));
+        args.push(self.at.constant(outer, Bits::Pred(true)));
+        args.push(self.at.constant(outer, Bits::Word(0)));
+        for &ty in &self.brought {
+            args.push(self.at.constant(outer, Bits::zero(ty)));
+        }
+        self.at.jump(outer, self.header, args);
+        chunk
+    }
+
+    /// Begins an iteration of the kernel: goes on to the body while the loop is alive.
+    fn header(&mut self, ahead: Ahead, mark: Option<KernelMark>) -> State {
+        let header = self.header;
+        self.at.func.blocks[header].params.clone_from(&self.own);
+        ahead.move_to(self.at.func, header);
+        let count = self.at.func.add_param(header, Ty::Word);
+        let alive = self.at.func.add_param(header, Ty::Pred);
+        let way = self.at.func.add_param(header, Ty::Word);
+        let kept = self.at.params(header, &self.brought);
+        let gone = self.at.constant(header, Bits::Pred(false));
+        let end = Terminator::Branch {
+            cond: alive,
+            then: Target::to(self.data.header),
+            other: self.end_with(&self.own, gone, way, &kept),
+        };
+        self.at.end(header, end);
+        self.at.func.blocks[header].kernel = mark;
+        State { count, way, kept }
+    }
+
+    /// The jump that ends an iteration.
+    fn end_with(&self, next: &[Value], alive: Value, way: Value, kept: &[Value]) -> Target {
+        let args = next.iter().chain([&alive, &way]).chain(kept);
+        Target {
+            block: self.latch,
+            args: args.copied().collect(),
+        }
+    }
+
+    /// The place among the parameters of the latch of the way that was taken.
+    fn place_of_way(&self) -> usize {
+        self.own.len() + 1
+    }
+
+    /// The place among the parameters of the latch of something that a way out brings.
+    fn place_of_kept(&self, number: usize) -> usize {
+        self.place_of_way() + 1 + number
+    }
+
+    /// Takes the ways out, each by a block of its own.
+    fn ways_out(&mut self, state: &State, free: &mut Free) {
+        let mut dead = vec![self.header];
+        let mut start = 0;
+        for (number, (from, way)) in (0..).zip(self.ways.clone()) {
+            let block = self.at.block();
+            let gone = self.at.constant(block, Bits::Pred(false));
+            let number = self.at.constant(block, Bits::Word(number));
+            let brings = start..start + way.args.len();
+            let mut values = state.kept.clone();
+            values[brings.clone()].copy_from_slice(&way.args);
+            let end = self.end_with(&self.own, gone, number, &values);
+            self.at.end(block, Terminator::Jump(end));
+            // What another way would bring does not matter on this one.
+            let others = (0..values.len()).filter(|other| !brings.contains(other));
+            free.extend(others.map(|other| (block, self.latch, self.place_of_kept(other))));
+            start = brings.end;
+            redirect(self.at.func, from, &way, block);
+            self.at.func.layout.push(block);
+            dead.push(block);
+        }
+        let places = 0..self.own.len();
+        for block in dead {
+            free.extend(places.clone().map(|place| (block, self.latch, place)));
+        }
+    }
+
+    /// Takes the way back by a block of its own.
+    fn way_back(&mut self, state: &State, free: &mut Free) {
+        let back = self.at.block();
+        let alive = self.at.constant(back, Bits::Pred(true));
+        let next = {
+            let old = self.data.latches[0];
+            let mut targets = self.at.func.blocks[old].end.targets_mut();
+            let target = targets.find(|t| t.block == self.data.header);
+            std::mem::replace(target.expect("a latch jumps back"), Target::to(back))
+        };
+        let end = self.end_with(&next.args, alive, state.way, &state.kept);
+        self.at.end(back, Terminator::Jump(end));
+        let places = self.place_of_way()..self.place_of_kept(state.kept.len());
+        free.extend(places.map(|place| (back, self.latch, place)));
+        self.at.func.layout.push(back);
+    }
+
+    /// Ends an iteration of the kernel: goes back until the chunk is over.
+    fn latch(&mut self, count: Value, chunk: Value) -> Ended {
+        let latch = self.latch;
+        let next = self.at.params(latch, &self.tys);
+        let alive = self.at.func.add_param(latch, Ty::Pred);
+        let way = self.at.func.add_param(latch, Ty::Word);
+        let kept = self.at.params(latch, &self.brought);
+        let one = self.at.constant(latch, Bits::Word(1));
+        let counted = self.at.op(latch, Opcode::Add, &[count, one]);
+        let more = self.at.op(latch, Opcode::Ltu, &[counted, chunk]);
+        let state = next.iter().chain([&counted, &alive, &way]).chain(&kept);
+        let end = Terminator::Branch {
+            cond: more,
+            then: Target {
+                block: self.header,
+                args: state.copied().collect(),
+            },
+            other: Target::to(self.after),
+        };
+        self.at.end(latch, end);
+        Ended {
+            next,
+            alive,
+            way,
+            kept,
+        }
+    }
+
+    /// Goes on behind a chunk: with the next one, which is twice as long, or out.
+    fn after(&mut self, ended: &Ended, chunk: Value) {
+        let end = Terminator::Branch {
+            cond: ended.alive,
+            then: Target::to(self.again),
+            other: Target::to(self.leave),
+        };
+        self.at.end(self.after, end);
+        let doubled = self.at.op(self.again, Opcode::Add, &[chunk, chunk]);
+        let longest = self.at.constant(self.again, Bits::Word(LONGEST_CHUNK));
+        let longer = (self.at).op(self.again, Opcode::Minu, &[doubled, longest]);
+        let args = ended.next.iter().copied().chain([longer]).collect();
+        self.at.jump(self.again, self.outer, args);
+        let layout = &mut self.at.func.layout;
+        layout.extend([self.latch, self.after, self.again]);
+    }
+
+    /// Goes the way out that was taken.
+    fn dispatch(&mut self, ended: &Ended) {
+        let mut block = self.leave;
+        let mut rest = ended.kept.as_slice();
+        for (number, (_, way)) in (0..).zip(&self.ways) {
+            self.at.func.layout.push(block);
+            let (own, more) = rest.split_at(way.args.len());
+            rest = more;
+            if number as usize + 1 == self.ways.len() {
+                self.at.jump(block, way.block, own.to_vec());
+                return;
+            }
+            let number = self.at.constant(block, Bits::Word(number));
+            let is = self.at.op(block, Opcode::Eq, &[ended.way, number]);
+            let next = self.at.block();
+            let end = Terminator::Branch {
+                cond: is,
+                then: Target {
+                    block: way.block,
+                    args: own.to_vec(),
+                },
+                other: Target::to(next),
+            };
+            self.at.end(block, end);
+            block = next;
+        }
+    }
+
+    /// Puts what comes before the body there, and lets the loop be entered by it.
+    fn lay_out(self) {
+        let Chunks { at, data, .. } = self;
+        enter(at.func, data, self.entry);
+        let layout = &mut at.func.layout;
+        let place = layout.iter().position(|&b| b == data.header).unwrap_or(1);
+        layout.splice(place..place, [self.entry, self.outer, self.header]);
+    }
 }
 
 /// Lets the jump `to` at the end of a block go to another one instead, and bring nothing.
@@ -254,37 +398,6 @@ fn redirect(func: &mut Function, from: Block, to: &Target, block: Block) {
     let mut targets = func.blocks[from].end.targets_mut();
     let found = targets.find(|t| *t == to).expect("it was found there");
     *found = Target::to(block);
-}
-
-/// Goes the way out with the number that was taken.
-fn dispatch(
-    at: &mut At<'_>,
-    leave: Block,
-    taken: Value,
-    ways: &[(Block, Target)],
-    values: &[Value],
-) {
-    let mut block = leave;
-    let mut rest = values;
-    for (number, (_, way)) in (0..).zip(ways) {
-        at.func.layout.push(block);
-        let (own, more) = rest.split_at(way.args.len());
-        rest = more;
-        let out = target(way.block, own.to_vec());
-        if number as usize + 1 == ways.len() {
-            at.func.blocks[block].end = Terminator::Jump(out);
-            return;
-        }
-        let number = at.constant(block, Bits::Word(number));
-        let is = at.op(block, Opcode::Eq, &[taken, number]);
-        let next = at.block();
-        at.func.blocks[block].end = Terminator::Branch {
-            cond: is,
-            then: out,
-            other: Target::to(next),
-        };
-        block = next;
-    }
 }
 
 /// Lets all jumps into a loop from outside go to another block.
