@@ -35,11 +35,6 @@ impl Watched {
         })
     }
 
-    /// True when something is said of an access.
-    pub fn concerns(&self, node: Node) -> bool {
-        !self.others[node].is_empty()
-    }
-
     /// Notes that an access is made, in whatever order; an access that it should never meet, if it
     /// does.
     pub fn touch(&mut self, node: Node, iteration: u64, address: u32, bytes: u32) -> Option<Node> {

@@ -435,8 +435,7 @@ enum Touched {
 struct Runner<'a, 'f> {
     context: Context<'a>,
     touched: Touched,
-    /// For each function, the repeated group after which it has not been changed, by its address in
-    /// the table.
+    /// For each function the name of the repeated group after which it has not been changed.
     settled: EntityMap<Func, Option<&'static str>>,
     after: &'f mut dyn FnMut(&Pass, &Program),
 }

@@ -104,18 +104,12 @@ pub fn split(program: &Program) -> Split {
         relaxed: BTreeMap::new(),
         counters: BTreeMap::new(),
     };
-    let mut names = BTreeSet::new();
     for func in program.funcs.keys() {
         let mut places = None;
         for &block in &program.funcs[func].layout {
             if let Some(mark) = &program.funcs[func].blocks[block].kernel {
-                let name = unused_name(&mark.name, &mut names);
-                let mark = KernelMark {
-                    name,
-                    ..mark.clone()
-                };
                 let places = places.get_or_insert_with(|| Places::of(&program.funcs[func]));
-                split_loop(&mut result, func, places, block, &mark);
+                split_loop(&mut result, func, places, block, mark);
             }
         }
         settle_restrict(&mut result.dre.control.funcs[func]);
@@ -124,16 +118,6 @@ pub fn split(program: &Program) -> Split {
         compact(&mut result.dre.control.funcs[func]);
     }
     result
-}
-
-/// `name`, with a number behind it where it is taken (a loop that was inlined twice).
-fn unused_name(name: &str, taken: &mut BTreeSet<String>) -> String {
-    let numbered = (2..).map(|i| format!("{name}_{i}"));
-    let mut candidates = std::iter::once(name.to_owned()).chain(numbered);
-    let free = candidates.find(|c| !taken.contains(c));
-    let free = free.expect("numbers do not run out");
-    taken.insert(free.clone());
-    free
 }
 
 fn split_loop(
