@@ -185,7 +185,7 @@ impl Variables {
     fn add(&mut self, func: Func, function: &Function, numbers: &mut BTreeMap<(Func, Slot), Name>) {
         let stored = Stored::of(function);
         for (slot, data) in function.slots.iter() {
-            if data.name.starts_with("temporary") {
+            if data.is_temporary() {
                 continue;
             }
             numbers.insert((func, slot), self.pieces.len() as Name);

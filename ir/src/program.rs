@@ -254,12 +254,31 @@ impl Independence {
 /// A stack slot: storage in SRAM for the time of one call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SlotData {
-    /// Name of the variable, for listings.
+    /// Name of the variable, for listings, or that of [temporaries](SlotData::temporary).
     pub name: String,
     /// Size in bytes.
     pub size: u32,
     /// Alignment in bytes, a power of two up to 16.
     pub align: u32,
+}
+
+/// The name of temporaries, which no variable of C can have.
+const TEMPORARY: &str = ".temporary";
+
+impl SlotData {
+    /// A slot of no variable.
+    pub fn temporary(size: u32, align: u32) -> SlotData {
+        SlotData {
+            name: TEMPORARY.to_owned(),
+            size,
+            align,
+        }
+    }
+
+    /// True for a slot of no variable.
+    pub fn is_temporary(&self) -> bool {
+        self.name == TEMPORARY
+    }
 }
 
 /// One instruction.

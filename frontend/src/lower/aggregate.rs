@@ -304,11 +304,8 @@ impl Lowering<'_> {
             offsets.push(offset);
             end = offset + types.size(ty).unwrap_or(0).next_multiple_of(4);
         }
-        let slot = self.func.slots.push(SlotData {
-            name: "arguments".to_owned(),
-            size: end,
-            align: align.min(16),
-        });
+        let room = SlotData::temporary(end, align.min(16));
+        let slot = self.func.slots.push(room);
         let room = Location {
             base: Base::Slot(slot),
             offset: 0,

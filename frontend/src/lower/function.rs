@@ -239,7 +239,7 @@ impl Lowering<'_> {
     /// Gives every variable its slots.
     fn locals(&mut self) {
         for local in self.body.locals.values() {
-            let storage = match self.split_slots(local.ty.ty, &local.name) {
+            let storage = match self.split_slots(local.ty.ty, Some(&local.name)) {
                 Some(parts) if !local.in_memory => {
                     self.split.push(parts);
                     Storage::Split(self.split.len() - 1)
@@ -262,9 +262,12 @@ impl Lowering<'_> {
         self.storage.values().map(slots).collect()
     }
 
-    /// A slot for an object of a type.
-    pub(super) fn slot(&mut self, ty: TypeId, name: &str) -> Slot {
-        self.aligned_slot(ty, name, 1)
+    /// A slot for a value of a type.
+    pub(super) fn temporary_slot(&mut self, ty: TypeId) -> Slot {
+        let types = &self.checked.types;
+        let size = types.size(ty).unwrap_or(0);
+        let slot = SlotData::temporary(size, types.align(ty));
+        self.func.slots.push(slot)
     }
 
     /// A slot for an object of a type with at least this alignment.

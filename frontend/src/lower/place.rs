@@ -58,8 +58,9 @@ impl Location {
 }
 
 impl Lowering<'_> {
-    /// A slot for each scalar of a type, where a variable of the type can be split.
-    pub(super) fn split_slots(&mut self, ty: TypeId, name: &str) -> Option<Vec<Part>> {
+    /// A slot for each scalar of a type, where a variable of the type can be split. Without a name they are
+    /// temporaries.
+    pub(super) fn split_slots(&mut self, ty: TypeId, name: Option<&str>) -> Option<Vec<Part>> {
         let types = &self.checked.types;
         if has_union(types, ty) {
             return None;
@@ -68,19 +69,17 @@ impl Lowering<'_> {
         let single = leaves.len() == 1;
         let parts = leaves.into_iter().map(|leaf| {
             let size = leaf.access.ty().bits() / 8;
-            let name = match single {
-                true => name.to_owned(),
-                false => format!("{name}+{}", leaf.offset),
-            };
-            let slot = self.func.slots.push(SlotData {
-                name,
-                size,
-                align: size,
-            });
+            let mut data = SlotData::temporary(size, size);
+            if let Some(name) = name {
+                data.name = match single {
+                    true => name.to_owned(),
+                    false => format!("{name}+{}", leaf.offset),
+                };
+            }
             Part {
                 offset: leaf.offset,
                 access: leaf.access,
-                slot,
+                slot: self.func.slots.push(data),
             }
         });
         Some(parts.collect())
@@ -88,12 +87,12 @@ impl Lowering<'_> {
 
     /// Room for a value of a type: split where that can be.
     pub(super) fn temporary(&mut self, ty: TypeId) -> Location {
-        let base = match self.split_slots(ty, "temporary") {
+        let base = match self.split_slots(ty, None) {
             Some(parts) => {
                 self.split.push(parts);
                 Base::Split(self.split.len() - 1)
             }
-            None => Base::Slot(self.slot(ty, "temporary")),
+            None => Base::Slot(self.temporary_slot(ty)),
         };
         Location {
             base,
@@ -105,7 +104,7 @@ impl Lowering<'_> {
     /// Room for a value of a type that has an address.
     pub(super) fn temporary_in_memory(&mut self, ty: TypeId) -> Location {
         Location {
-            base: Base::Slot(self.slot(ty, "temporary")),
+            base: Base::Slot(self.temporary_slot(ty)),
             offset: 0,
             global: false,
         }

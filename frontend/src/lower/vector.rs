@@ -45,11 +45,7 @@ impl Lowering<'_> {
         }
         let index = self.value(index);
         self.pos = pos;
-        let slot = self.func.slots.push(SlotData {
-            name: "lanes".to_owned(),
-            size: 16,
-            align: 16,
-        });
+        let slot = self.func.slots.push(SlotData::temporary(16, 16));
         let room = Location {
             base: Base::Slot(slot),
             offset: 0,

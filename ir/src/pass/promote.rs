@@ -122,7 +122,7 @@ fn keep(func: &mut Function, data: &LoopData, before: Block, place: Place, acces
         false => (Ty::Word, Opcode::Lw, Opcode::Sw),
     };
     let pos = func.insts[accesses[0]].pos;
-    let slot = slot_for(func, ty, "kept");
+    let slot = slot_for(func, ty);
     let symbol = InstKind::SymbolAddr(Symbol::Global(place.global), place.start);
     let start = func.append(before, symbol.clone(), &[Ty::Word], pos);
     let start = func.insts[start].results[0];

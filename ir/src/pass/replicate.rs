@@ -96,7 +96,7 @@ pub(crate) fn replicate(func: &mut Function, precision: &Precision) -> bool {
 /// Puts copies of a loop of one block behind it, the last of which goes back.
 fn follow(func: &mut Function, block: Block, copies: usize, tested: bool) {
     if tested {
-        demote(func, &[block], Uses::Outside, "left");
+        demote(func, &[block], Uses::Outside);
     }
     let mut blocks = vec![block];
     let mut last = None;

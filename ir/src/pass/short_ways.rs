@@ -123,7 +123,7 @@ impl<'a> Ways<'a> {
         let Some(&block) = blocks.find(|b| meets(b) && self.goes_back(func, **b)) else {
             return false;
         };
-        demote(func, &[block], Uses::Outside, "left");
+        demote(func, &[block], Uses::Outside);
         let (made, _) = copy(func, &[block]);
         for &pred in &self.cfg.preds[block] {
             if self.leads(pred) {

@@ -6,13 +6,9 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use srp_archdesc::isa::{Opcode, Ty};
 
 /// A new slot for a value of a type.
-pub(super) fn slot_for(func: &mut Function, ty: Ty, name: &str) -> Slot {
+pub(super) fn slot_for(func: &mut Function, ty: Ty) -> Slot {
     let size = if ty == Ty::Vec { 16 } else { 4 };
-    func.slots.push(SlotData {
-        name: name.to_owned(),
-        size,
-        align: size,
-    })
+    func.slots.push(SlotData::temporary(size, size))
 }
 
 /// The instructions of a store of a value to a slot.
@@ -93,7 +89,7 @@ pub(super) enum Uses {
 }
 
 /// Keeps what some blocks define and other blocks use in slots. Constants are made again where they are used.
-pub(super) fn demote(func: &mut Function, blocks: &[Block], uses: Uses, name: &str) {
+pub(super) fn demote(func: &mut Function, blocks: &[Block], uses: Uses) {
     let inside: FxHashSet<Block> = blocks.iter().copied().collect();
     let users = users(func);
     for (value, block, inst) in defined(func, blocks) {
@@ -116,7 +112,7 @@ pub(super) fn demote(func: &mut Function, blocks: &[Block], uses: Uses, name: &s
             }
             continue;
         }
-        let slot = slot_for(func, ty, name);
+        let slot = slot_for(func, ty);
         let place = inst.map_or(0, |inst| {
             let insts = &func.blocks[block].insts;
             insts.iter().position(|&i| i == inst).map_or(0, |p| p + 1)

@@ -155,7 +155,7 @@ fn worth_unrolling<'a>(
 pub(super) fn write_out(func: &mut Function, data: &LoopData, trip: Trip) {
     let latch = data.latches[0];
     if data.exits(func).any(|(from, _)| from != trip.test) {
-        demote(func, &data.blocks, Uses::Outside, "left");
+        demote(func, &data.blocks, Uses::Outside);
     }
     let mut names: Vec<FxHashMap<Value, Value>> = vec![FxHashMap::default()];
     let mut copies = vec![data.blocks.clone()];

@@ -85,6 +85,18 @@ fn next_goes_from_an_iteration_to_the_one_behind_it() {
 }
 
 #[test]
+fn a_variable_has_a_value_whatever_its_name() {
+    let folder = folder("debug-names");
+    let text = "float data[16];\nint main(void) {\n    float temporary_sum = 0.5f;\n    \
+        for (int i = 0; i < 16; i++)\n        temporary_sum += data[i] + 1.5f;\n    \
+        return (int)temporary_sum;\n}\n";
+    write(&folder, "f.c", text);
+    let commands = ["break f.c:6", "run", "print temporary_sum"];
+    let said = answers(&folder, "f.c", &commands);
+    assert_eq!(said[2], "24.5");
+}
+
+#[test]
 fn aggregates_have_members_and_types() {
     let folder = folder("debug-aggregates");
     write(&folder, "f.c", include_str!("aggregates.c"));

@@ -76,7 +76,7 @@ pub(super) fn run_in_chunks(func: &mut Function, globals: &EntityMap<Global, Glo
         let ahead = Ahead::of(func, globals, data);
         let estimate = estimate(func, &dominators, data, &ahead);
         if required || estimate.array < estimate.vliw {
-            demote(func, &data.blocks, Uses::Outside, "left");
+            demote(func, &data.blocks, Uses::Outside);
             chunks(func, data, ahead, &mut free);
         } else if let Some(mark) = &mut func.blocks[data.header].kernel {
             mark.slower = Some(estimate);

@@ -31,9 +31,6 @@ const TESTS: u32 = 5;
 /// Operations of both: that of a loop that is soon scheduled.
 const MAX_SIZE: u32 = 200;
 
-/// The slots of values that cross blocks.
-const NAME: &str = "nest";
-
 /// Collapses a marked loop and the only one inside it, where that can be done and gains.
 pub(super) fn collapse(
     func: &mut Function,
@@ -160,7 +157,7 @@ impl<'a> Nest<'a> {
         for &block in headers.iter().chain(others) {
             params_to_slots(func, block);
         }
-        demote(func, &self.outer.blocks, Uses::Elsewhere, NAME);
+        demote(func, &self.outer.blocks, Uses::Elsewhere);
     }
 
     /// Copies what comes before the inner loop: the way to the next round.
@@ -185,7 +182,7 @@ impl<'a> Nest<'a> {
 
     /// Makes the latch of the one loop, which counts its iterations.
     fn add_counter(&self, func: &mut Function, count: u32, pos: Pos) -> Counter {
-        let slot = slot_for(func, Ty::Word, "rounds");
+        let slot = slot_for(func, Ty::Word);
         let [latch, exit] = [(); 2].map(|()| new_block(func, pos));
         let one = func.append_const(latch, Bits::Word(1), pos);
         let (insts, counted) = load(func, slot, Ty::Word, pos);
@@ -242,7 +239,7 @@ impl<'a> Nest<'a> {
         let mut kept = Vec::new();
         for &arg in &out.args {
             let ty = func.values[arg];
-            let slot = slot_for(func, ty, NAME);
+            let slot = slot_for(func, ty);
             let insts = store(func, slot, arg, pos);
             func.blocks[leave].insts.extend(insts);
             kept.push((slot, ty));
@@ -326,7 +323,7 @@ fn params_to_slots(func: &mut Function, block: Block) {
     let mut loads = Vec::new();
     for &param in &params {
         let ty = func.values[param];
-        let slot = slot_for(func, ty, NAME);
+        let slot = slot_for(func, ty);
         let (insts, _) = load(func, slot, ty, pos);
         // The last instruction defines the parameter now.
         let last = *insts.last().expect("a load has instructions");
