@@ -14,7 +14,7 @@ use srp_ir::dre::scheduled::Reg;
 /// without room in the central registers, no unit runs an operation, or the II takes more contexts
 /// than there are. [`schedule`](super::schedule) may still find none.
 pub fn admit(dfg: &Dfg, srp: &Srp) -> Result<(), Unschedulable> {
-    live_in_registers(dfg, srp)?;
+    fixed_registers(dfg, srp)?;
     for (node, data) in dfg.nodes.iter() {
         if !srp.fus.values().any(|fu| fu.runs(data.op).is_some()) {
             return Err(Unschedulable::NoUnit(Operation::of(dfg, node)));
@@ -82,11 +82,14 @@ pub(super) fn places_of_values(problem: &Problem<'_>) -> u64 {
     registers + outputs + in_units.sum::<u64>() + on_the_way
 }
 
-/// The central registers that bring the live-ins.
-pub(super) fn live_in_registers(dfg: &Dfg, srp: &Srp) -> Result<Vec<Reg>, Unschedulable> {
-    let registers = abi::passing(srp, dfg.live_ins.iter().map(|l| l.ty));
-    registers
+/// The central registers that hold something else than the loop's own values: those that bring the live-ins, in their
+/// order, and after them the [reserved ones](abi::reserved).
+pub(super) fn fixed_registers(dfg: &Dfg, srp: &Srp) -> Result<Vec<Reg>, Unschedulable> {
+    let passing = abi::passing(srp, dfg.live_ins.iter().map(|l| l.ty));
+    let reserved = abi::reserved(srp).into_iter().map(Some);
+    passing
         .into_iter()
+        .chain(reserved)
         .collect::<Option<Vec<Reg>>>()
         .ok_or(Unschedulable::LiveIns {
             count: dfg.live_ins.len(),

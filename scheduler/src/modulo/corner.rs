@@ -11,7 +11,9 @@ use super::compact::Bound;
 use super::obstacle::{FailedIi, Obstacle, Unschedulable};
 use super::problem::Problem;
 use super::record::{Search, Stopped};
-use super::{Options, Scheduled, whole};
+use super::search;
+use super::task::Task;
+use super::{Options, Scheduled};
 use srp_archdesc::arch::{
     Carrier, FileKind, FileSpec, Fu, Input, Link, LinkSpec, RegFile, Srp, Wire, WireSpec,
 };
@@ -53,18 +55,18 @@ pub(super) struct Known {
 impl Known {
     /// The result of a search that found nothing better on the whole array: of this, or of that in the corner, which says
     /// nothing of lower IIs on the whole array but what was in the way.
-    pub(super) fn scheduled(self, problem: &Problem<'_>, bounds: Bounds) -> Scheduled {
+    pub(super) fn scheduled(self, task: &Task<'_>) -> Scheduled {
         let schedule = self.schedule;
-        let is_open = schedule.ii > bounds.min_ii();
+        let is_open = schedule.ii > task.bounds.min_ii();
         let stopped = match (is_open, self.stopped) {
             (false, _) => Stopped::AtBound,
             (true, Stopped::Time) => Stopped::Time,
             (true, _) => Stopped::Steps,
         };
         Scheduled {
-            least_length: Bound::at(problem, schedule.ii, schedule.length).length,
+            least_length: Bound::at(&task.problem, schedule.ii, schedule.length).length,
             schedule,
-            bounds,
+            bounds: task.bounds.clone(),
             why_not_lower: self.failed.filter(|_| is_open),
             impossible: Vec::new(),
             search: Search {
@@ -81,11 +83,13 @@ impl Known {
 ///
 /// The search ended before it had a schedule.
 pub(super) fn search(
-    problem: &Problem<'_>,
-    bounds: &Bounds,
+    task: &Task<'_>,
     options: &Options,
     watch: &dyn Watch,
 ) -> Result<Option<Known>, Unschedulable> {
+    let Task {
+        problem, bounds, ..
+    } = task;
     let mut known: Option<Known> = None;
     let mut next = first(problem, bounds);
     while let Some(corner) = next {
@@ -95,7 +99,10 @@ pub(super) fn search(
             beyond: options.beyond.filter(|_| is_plenty),
             ..*options
         };
-        let scheduled = match whole(problem.dfg, &corner.srp, options, watch, None) {
+        let deepest = corner.srp.contexts;
+        let scheduled = Task::new(problem.dfg, &corner.srp, options)
+            .and_then(|task| search::search(&task, deepest, options, watch));
+        let scheduled = match scheduled {
             Ok(scheduled) => scheduled,
             Err(why) if watch.cancelled() && known.is_none() => return Err(why),
             Err(_) => continue,

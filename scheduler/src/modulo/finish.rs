@@ -14,16 +14,16 @@ use srp_ir::dre::scheduled::{
     ModuloSchedule, Placed, PlacedHop, PlacedOp, PlacedTransfer, Preload, Reg, RegAt, Source,
 };
 
-/// The schedule of a placement.
+/// The schedule of a placement; the first of the fixed registers bring the live-ins.
 pub(super) fn finish(
     problem: &Problem<'_>,
     placement: &Placement,
-    live_ins: &[Reg],
+    fixed: &[Reg],
 ) -> ModuloSchedule {
     let finish = Finish {
         problem,
         placement,
-        live_ins,
+        live_ins: &fixed[..problem.dfg.live_ins.len()],
         start: placement.start(),
         stays: stays(problem, placement),
     };

@@ -7,7 +7,9 @@
 //! are what runs out, begin with [negotiation](super::negotiate). Where no way finds anything at any II,
 //! all are gone again from other seeds, and nodes are placed in sequence.
 
+use super::MAX_STAGES;
 use super::anneal::{self, Anneal};
+use super::effort::{self, MANY, worth};
 use super::lattice::{self, Array, Search};
 use super::level::Level;
 use super::negotiate::{Lanes, Negotiation};
@@ -16,7 +18,6 @@ use super::order::{Freedom, order};
 use super::place::{Attempt, Placement};
 use super::problem::Problem;
 use super::route::Router;
-use super::{FIRST, MANY, MAX_STAGES, worth};
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::watch::{Event, Watch};
 use srp_ir::dre::scheduled::Reg;
@@ -522,7 +523,9 @@ impl<'a, 'p> Heuristic<'a, 'p> {
             }
             Way::OneByOne => {
                 let order = order(problem, freedom, seed, &level.times_forced);
-                let limit = router.expanded.saturating_add(longest(order.len()));
+                let limit = router
+                    .expanded
+                    .saturating_add(effort::of_placing(order.len()));
                 let mut attempt = Attempt::new(problem, ii, seed, freedom, self.fixed, router);
                 let result = attempt.one_by_one(&order, limit, watch);
                 attempt.report(&mut level.times_forced, &mut level.weights);
@@ -571,15 +574,6 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         let (&ii, level) = self.levels.range(..=up_to).rfind(failed)?;
         let obstacle = Obstacle::of(self.problem, level.failed?);
         Some(FailedIi { ii, obstacle })
-    }
-}
-
-/// Steps after which the placing of so many nodes one by one is given up. In loops that get the whole effort, what
-/// succeeds takes some thousand steps for each node, and what fails up to a hundred thousand.
-fn longest(nodes: usize) -> u64 {
-    match nodes {
-        0..=MANY => u64::MAX,
-        _ => FIRST * nodes as u64,
     }
 }
 

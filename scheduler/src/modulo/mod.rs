@@ -1,9 +1,9 @@
 //! Modulo scheduling of kernels onto the array: where and when each operation of a loop runs, and
 //! over which links and registers its values travel, so that an iteration starts every II cycles.
 //!
-//! `bounds` says which II cannot be beaten; from there up, `heuristic` makes attempts at a
-//! placement until one succeeds, and then down again; `exact` closes the gap or proves that it
-//! cannot be closed. `compact` makes the schedule short, and looks for a smaller II from there. On an array much larger than
+//! `bounds` says which II cannot be beaten. A `search` on one array has these acts: from the bound up, `heuristic` makes
+//! attempts at a placement until one succeeds, and then down again; `exact` closes the gap or proves that it
+//! cannot be closed; `compact` makes the schedule short, and looks for a smaller II from there. On an array much larger than
 //! the loop all that happens in a `corner` of it first. The result is data; `check` tells whether it is right.
 
 mod admit;
@@ -11,6 +11,7 @@ mod anneal;
 mod bounds;
 mod compact;
 mod corner;
+mod effort;
 mod exact;
 mod finish;
 mod heuristic;
@@ -27,9 +28,11 @@ mod registers;
 mod route;
 mod rows;
 mod scale;
+mod search;
 mod slots;
 mod start;
 mod table;
+mod task;
 mod worklist;
 
 pub use admit::admit;
@@ -38,22 +41,18 @@ pub use exact::{Fold, Scope, Solver};
 pub use obstacle::{Destination, FailedIi, Obstacle, Operation, Unschedulable};
 pub use record::{Asked, Outcome, Search, Stopped};
 
-use crate::abi;
-use admit::{live_in_registers, storage};
-use compact::{Bound, Compacted};
-use corner::Known;
+use admit::fixed_registers;
+use compact::Bound;
 use exact::Answer;
-use heuristic::Heuristic;
-use place::Placement;
 use problem::Problem;
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::Srp;
-use srp_archdesc::watch::{Event, Watch, Worked};
+use srp_archdesc::watch::Watch;
 use srp_ir::dfg::Dfg;
 use srp_ir::dre::scheduled::{ModuloSchedule, Reg};
 use std::io::Write;
 use std::time::Duration;
-use worklist::{Limits, Task, Worklist};
+use task::Task;
 
 /// How hard to try. Everything is counted in steps, so that the same input gives the same schedule
 /// however fast the machine is; only a watch that ends the work can change that.
@@ -83,28 +82,6 @@ pub struct Options {
 
 /// Cycles beyond the critical path up to which the exact search goes in the end.
 pub const FARTHEST: u32 = 15;
-
-/// Steps for each operation that an attempt at the first II that works has at least: with fewer, IIs are missed
-/// at which a schedule is soon found.
-const FIRST: u64 = 8_000;
-/// Operations of a loop that gets the effort once, and of one that gets the most.
-const FEW: u64 = 32;
-const MANY: usize = 128;
-/// The effort goes once to a loop that could save one cycle in so many, and so many times at most to one that
-/// could save more.
-const WORTHWHILE: u32 = 8;
-const MOST_WORTH: u64 = 6;
-/// Operations of the largest loop that the exact way is tried on within the limits: for larger ones
-/// making the formula takes most of the effort, and what is left hardly ever finds or proves anything.
-const LARGEST_EXACT: usize = 80;
-/// IIs from the bound on that the exact way is asked about where the heuristic has found nothing.
-const EXACT_RANGE: u32 = 4;
-/// The part of the exact search's steps, one in so many, that goes into a shorter schedule at the II.
-const EXACT_COMPACTION: u64 = 2;
-/// The part of the slots, in hundredths, beyond which there is no room for a smaller II from a short schedule.
-const FULL: usize = 94;
-/// Steps of the heuristic between two rounds of the exact way, beyond the limits.
-const HEURISTIC_TURN: u64 = 10_000_000;
 
 impl Default for Options {
     fn default() -> Self {
@@ -199,182 +176,15 @@ pub fn schedule(
     options: &Options,
     watch: &dyn Watch,
 ) -> Result<Scheduled, Unschedulable> {
-    let problem = prepared(dfg, srp, options);
-    live_in_registers(dfg, srp)?;
-    if let Some(node) = problem.nodes().find(|n| problem.units[*n].is_empty()) {
-        return Err(Unschedulable::NoUnit(Operation::of(dfg, node)));
-    }
-    storage(&problem)?;
-    let bounds = Bounds::of(&problem);
-    match corner::search(&problem, &bounds, options, watch)? {
-        Some(known) if known.is_enough => Ok(known.scheduled(&problem, bounds)),
-        known => whole(dfg, srp, options, watch, known),
-    }
-}
-
-fn prepared<'a>(dfg: &'a Dfg, srp: &'a Srp, options: &Options) -> Problem<'a> {
-    let mut problem = Problem::new(dfg, srp);
-    if !options.expansion {
-        problem.most_copies = 1;
-    }
-    problem
-}
-
-/// Schedules a loop on the whole array, with a smaller II than that of a known schedule, or gives that.
-fn whole(
-    dfg: &Dfg,
-    srp: &Srp,
-    options: &Options,
-    watch: &dyn Watch,
-    known: Option<Known>,
-) -> Result<Scheduled, Unschedulable> {
-    let problem = prepared(dfg, srp, options);
-    let live_ins = live_in_registers(dfg, srp)?;
-    let bounds = Bounds::of(&problem);
-    let bound = bounds.min_ii();
-    let deepest = known
-        .as_ref()
-        .map_or(srp.contexts, |known| known.schedule.ii - 1);
-    let fixed: Vec<Reg> = (live_ins.iter().copied())
-        .chain(abi::reserved(srp))
-        .collect();
-    let mut heuristic = Heuristic::new(&problem, &fixed, deepest);
-    let mut worklist = Worklist::new(&problem, bound, options);
-    let task = Task {
-        problem: &problem,
-        fixed: &fixed,
-    };
-    let is_small = problem.dfg.nodes.len() <= LARGEST_EXACT;
-    let limits = |effort: u64| Limits { effort, watch };
-    let operations = problem.dfg.nodes.len();
-    let first = options.effort.max(FIRST * operations as u64);
-    let mut schedule = match heuristic.first(bound, first, watch) {
-        Ok(schedule) => schedule,
-        Err(why) => {
-            // The exact way may know of one where there is little room.
-            let below = bound.saturating_add(EXACT_RANGE).min(deepest + 1);
-            let found = match is_small {
-                true => worklist.search(task, below, &mut limits(options.exact_effort)),
-                false => None,
-            };
-            match (found, known) {
-                (Some(found), _) => found,
-                (None, Some(known)) => return Ok(known.scheduled(&problem, bounds)),
-                (None, None) => return Err(why),
-            }
-        }
-    };
-    watch.tell(Event::Reaches(schedule.ii));
-    let steps = options.effort.saturating_mul(operations.min(MANY) as u64) / FEW;
-    heuristic.improve(&mut schedule, bound, steps, watch);
-    if is_small {
-        let mut limits = limits(worth(options.exact_effort, schedule.ii, bound));
-        schedule = worklist
-            .search(task, schedule.ii, &mut limits)
-            .unwrap_or(schedule);
-        watch.tell(Event::Reaches(schedule.ii));
-        worklist.fold(task, schedule.ii, &mut limits);
-    }
-    let compaction = compact::Limits {
-        effort: options.compaction.saturating_mul(operations as u64),
-        exact: options.exact_effort / EXACT_COMPACTION,
-        watch,
-    };
-    let compact = |schedule| {
-        compact::compact(
-            &mut prepared(dfg, srp, options),
-            &fixed,
-            schedule,
-            &compaction,
-        )
-    };
-    let mut compacted = None;
-    if !is_small && options.compaction > 0 && !heuristic.is_on_lattice() {
-        let short = tightened(task, bound, schedule, (steps, watch), compact);
-        schedule = short.placement.clone();
-        compacted = Some(short);
-    }
-    let mut in_time = !watch.cancelled();
-    if let Some(time) = options.beyond {
-        worklist.extend(FARTHEST);
-        let watch = &Worked::new(watch, time);
-        while schedule.ii > bound && !worklist.is_settled(schedule.ii) && !watch.cancelled() {
-            let mut limits = Limits {
-                effort: u64::MAX,
-                watch,
-            };
-            if let Some(better) = worklist.search(task, schedule.ii, &mut limits) {
-                schedule = better;
-            }
-            if !worklist.is_settled(schedule.ii) {
-                heuristic.improve(&mut schedule, bound, HEURISTIC_TURN, watch);
-            }
-        }
-        in_time = worklist.is_settled(schedule.ii) || !watch.cancelled();
-    }
-    let impossible = worklist.impossible(schedule.ii);
-    let outright = impossible.iter().filter(|proof| proof.outright).count() as u32;
-    let stopped = match schedule.ii.saturating_sub(bound) {
-        0 => Stopped::AtBound,
-        open if open == outright => Stopped::Impossible,
-        _ if worklist.is_settled(schedule.ii) && !worklist.leaves_unknown(schedule.ii) => {
-            Stopped::NothingLeft
-        }
-        _ if in_time => Stopped::Steps,
-        _ => Stopped::Time,
-    };
-    let asked = worklist.asked();
-    let why_not_lower = heuristic
-        .why_not_lower(schedule.ii)
-        .filter(|_| schedule.ii > bound);
-    let compacted = compacted
-        .filter(|short: &Compacted| short.placement.ii == schedule.ii)
-        .unwrap_or_else(|| compact(schedule));
-    let schedule = finish::finish(&problem, &compacted.placement, &live_ins);
-    debug_assert_eq!(schedule.length, compacted.placement.length(&problem));
-    Ok(Scheduled {
-        impossible,
-        search: Search { asked, stopped },
-        why_not_lower,
-        least_length: compacted.least,
-        schedule,
-        bounds,
-    })
-}
-
-/// Makes a schedule short, and looks from there for one at the next smaller II, until there is none.
-fn tightened(
-    Task { problem, fixed }: Task<'_, '_>,
-    bound: u32,
-    mut schedule: Placement,
-    (effort, watch): (u64, &dyn Watch),
-    compact: impl Fn(Placement) -> Compacted,
-) -> Compacted {
-    let (operations, units) = (problem.dfg.nodes.len(), problem.srp.fus.len());
-    let has_room = |ii: u32| operations * 100 <= FULL * units * ii as usize;
-    loop {
-        let short = compact(schedule);
-        let ii = short.placement.ii;
-        if ii == bound || !has_room(ii - 1) {
-            return short;
-        }
-        let effort = worth(effort, ii, bound);
-        match compact::tighten(problem, fixed, &short.placement, effort, watch) {
-            Some(smaller) => schedule = smaller,
-            None => return short,
+    let task = Task::new(dfg, srp, options)?;
+    match corner::search(&task, options, watch)? {
+        None => search::search(&task, srp.contexts, options, watch),
+        Some(known) if known.is_enough => Ok(known.scheduled(&task)),
+        Some(known) => {
+            let better = search::search(&task, known.schedule.ii - 1, options, watch);
+            better.or_else(|_| Ok(known.scheduled(&task)))
         }
     }
-}
-
-/// How much of an effort a better II is worth: it grows with the square of the part of the cycles that the
-/// bound would save, since a search for more of them takes longer and brings more.
-fn worth(effort: u64, ii: u32, bound: u32) -> u64 {
-    let saved = u128::from(WORTHWHILE * (ii - bound));
-    let whole = u128::from(ii);
-    let worth = u128::from(effort) * saved * saved / (whole * whole);
-    u64::try_from(worth).map_or(u64::MAX, |worth| {
-        worth.min(effort.saturating_mul(MOST_WORTH))
-    })
 }
 
 /// Where a certificate of impossibility is written.
@@ -394,21 +204,12 @@ pub fn certify(
     watch: &dyn Watch,
     certificate: Certificate<'_>,
 ) -> bool {
-    let Ok(live_ins) = live_in_registers(dfg, srp) else {
+    let Ok(fixed) = fixed_registers(dfg, srp) else {
         return false;
     };
-    let fixed: Vec<Reg> = live_ins.into_iter().chain(abi::reserved(srp)).collect();
     let question = exact::Question {
-        ii: claim.ii,
-        scope: claim.scope,
-        within: None,
-        conflicts: u64::MAX,
-        effort: u64::MAX,
-        seed: 0,
-        fixed: &fixed,
         named: true,
-        solver: Solver::Batsat,
-        watch,
+        ..question((claim.ii, claim.scope), &fixed, Solver::Batsat, watch)
     };
     let (answer, _) = exact::solve(&Problem::new(dfg, srp), &question, Some(certificate));
     matches!(answer, Answer::Impossible)
@@ -422,20 +223,8 @@ pub fn ask(
     solver: Solver,
     watch: &dyn Watch,
 ) -> Result<Outcome, Unschedulable> {
-    let live_ins = live_in_registers(dfg, srp)?;
-    let fixed: Vec<Reg> = live_ins.into_iter().chain(abi::reserved(srp)).collect();
-    let question = exact::Question {
-        ii,
-        scope,
-        conflicts: u64::MAX,
-        effort: u64::MAX,
-        seed: 0,
-        within: None,
-        fixed: &fixed,
-        named: false,
-        solver,
-        watch,
-    };
+    let fixed = fixed_registers(dfg, srp)?;
+    let question = question((ii, scope), &fixed, solver, watch);
     let problem = Problem::new(dfg, srp);
     Ok(match exact::solve(&problem, &question, None).0 {
         Answer::Placed(_) => Outcome::Schedule,
@@ -449,4 +238,25 @@ pub fn ask(
         Answer::Unknown => Outcome::Unknown,
         Answer::TooLarge => Outcome::TooLarge,
     })
+}
+
+/// A question without an end but the watch's.
+fn question<'a>(
+    (ii, scope): (u32, Scope),
+    fixed: &'a [Reg],
+    solver: Solver,
+    watch: &'a dyn Watch,
+) -> exact::Question<'a> {
+    exact::Question {
+        ii,
+        scope,
+        within: None,
+        conflicts: u64::MAX,
+        effort: u64::MAX,
+        seed: 0,
+        fixed,
+        named: false,
+        solver,
+        watch,
+    }
 }

@@ -20,6 +20,7 @@ pub(super) fn longest_way_out(ii: i32) -> i32 {
 }
 
 /// A loop and a machine.
+#[derive(Clone)]
 pub(super) struct Problem<'a> {
     pub(super) dfg: &'a Dfg,
     pub(super) srp: &'a Srp,
@@ -60,6 +61,7 @@ pub(super) struct Problem<'a> {
 type Distances = EntityMap<Place, EntityMap<Fu, u32>>;
 
 /// A move of a value from a place over a unit.
+#[derive(Clone)]
 pub(super) struct MoveWay<'a> {
     pub(super) fu: Fu,
     /// Index into the unit's reads.
@@ -82,6 +84,7 @@ struct WayOn {
 }
 
 /// A value on its way from a node.
+#[derive(Clone)]
 pub(super) struct Edge {
     pub(super) from: Node,
     pub(super) goal: Goal,
@@ -121,6 +124,7 @@ pub(super) enum Tag {
 }
 
 /// An order of two nodes, most of them of memory: `t(to) + ii · distance ≥ t(from) + delay`.
+#[derive(Clone)]
 pub(super) struct OrderEdge {
     pub(super) from: Node,
     pub(super) to: Node,

@@ -3,11 +3,10 @@
 
 use super::exact::{self, Answer, Fold, Question, Scope, Solver};
 use super::place::Placement;
-use super::problem::Problem;
 use super::record::{Asked, Outcome};
+use super::task::Task;
 use super::{Impossible, MAX_STAGES, Options};
 use srp_archdesc::Watch;
-use srp_ir::dre::scheduled::Reg;
 use std::collections::BTreeMap;
 
 /// Conflicts of the first question.
@@ -36,15 +35,9 @@ pub(super) struct Limits<'a> {
     pub(super) watch: &'a dyn Watch,
 }
 
-/// A loop on a machine, with the registers that are taken.
-#[derive(Clone, Copy)]
-pub(super) struct Task<'a, 'p> {
-    pub(super) problem: &'a Problem<'p>,
-    pub(super) fixed: &'a [Reg],
-}
-
 /// Results of the exact way for the IIs below a schedule's.
-pub(super) struct Worklist {
+pub(super) struct Worklist<'a, 'p> {
+    task: &'a Task<'p>,
     bound: u32,
     /// The longest horizon to ask about.
     slack: u32,
@@ -60,13 +53,14 @@ pub(super) struct Worklist {
     round: u32,
 }
 
-impl Worklist {
-    pub(super) fn new(problem: &Problem<'_>, bound: u32, options: &Options) -> Worklist {
+impl<'a, 'p> Worklist<'a, 'p> {
+    pub(super) fn new(task: &'a Task<'p>, options: &Options) -> Worklist<'a, 'p> {
         Worklist {
-            bound,
+            task,
+            bound: task.bounds.min_ii(),
             slack: options.slack,
             solver: options.solver,
-            folds: match exact::fold_applies(problem) {
+            folds: match exact::fold_applies(&task.problem) {
                 true => FOLDS,
                 false => &[],
             },
@@ -90,12 +84,7 @@ impl Worklist {
 
     /// Looks for a schedule with a smaller II than `best`, for one round where the search is thorough; goes on where
     /// it was left. Takes what it spends from the limits.
-    pub(super) fn search(
-        &mut self,
-        task: Task<'_, '_>,
-        best: u32,
-        limits: &mut Limits<'_>,
-    ) -> Option<Placement> {
+    pub(super) fn search(&mut self, best: u32, limits: &mut Limits<'_>) -> Option<Placement> {
         let mut found: Option<Placement> = None;
         loop {
             let below = found.as_ref().map_or(best, |f| f.ii);
@@ -109,7 +98,7 @@ impl Worklist {
                 if limits.effort == 0 || limits.watch.cancelled() {
                     return found;
                 }
-                found = self.ask(task, ii, scope, limits).or(found);
+                found = self.ask(ii, scope, limits).or(found);
             }
             self.round += 1;
             if self.thorough {
@@ -119,7 +108,7 @@ impl Worklist {
     }
 
     /// Asks folded formulas, few laps first, about the IIs below a schedule's that are impossible up to a horizon.
-    pub(super) fn fold(&mut self, task: Task<'_, '_>, below: u32, limits: &mut Limits<'_>) {
+    pub(super) fn fold(&mut self, below: u32, limits: &mut Limits<'_>) {
         loop {
             let small = self.folds.iter().take(FOLDS.len() - 1);
             let scopes = small.map(|&(_, fold)| Scope::Folded(fold));
@@ -136,7 +125,7 @@ impl Worklist {
                     return;
                 }
                 if !self.is_ruled_out(ii) {
-                    self.ask(task, ii, scope, limits);
+                    self.ask(ii, scope, limits);
                 }
             }
             self.round += 1;
@@ -152,13 +141,8 @@ impl Worklist {
         })
     }
 
-    fn ask(
-        &mut self,
-        task: Task<'_, '_>,
-        ii: u32,
-        scope: Scope,
-        limits: &mut Limits<'_>,
-    ) -> Option<Placement> {
+    fn ask(&mut self, ii: u32, scope: Scope, limits: &mut Limits<'_>) -> Option<Placement> {
+        let Task { problem, fixed, .. } = self.task;
         let times = 2u64.saturating_pow(self.round);
         let (conflicts, share) = match self.thorough {
             true => (u64::MAX, SHARE.saturating_mul(times)),
@@ -170,17 +154,17 @@ impl Worklist {
             conflicts,
             effort: limits.effort.min(share),
             seed: self.round,
-            fixed: task.fixed,
+            fixed,
             within: None,
             named: false,
             solver: self.solver,
             watch: limits.watch,
         };
-        let (answer, spent) = exact::solve(task.problem, &question, None);
+        let (answer, spent) = exact::solve(problem, &question, None);
         limits.effort -= spent.min(limits.effort);
         let mut found = None;
         let outcome = match answer {
-            Answer::Placed(placement) => match placement.stages(task.problem) <= MAX_STAGES {
+            Answer::Placed(placement) => match placement.stages(problem) <= MAX_STAGES {
                 true => {
                     found = Some(*placement);
                     Outcome::Schedule
@@ -190,7 +174,7 @@ impl Worklist {
             Answer::Impossible => Outcome::Impossible {
                 outright: match scope {
                     Scope::Folded(_) => true,
-                    Scope::Timed { slack } => exact::is_complete(task.problem, ii, slack),
+                    Scope::Timed { slack } => exact::is_complete(problem, ii, slack),
                 },
             },
             Answer::Silent => Outcome::Silent,

@@ -96,7 +96,7 @@ pub(super) struct Compacted {
 
 /// A placement at the same II that is worth no less.
 pub(super) fn compact(
-    problem: &mut Problem<'_>,
+    problem: &Problem<'_>,
     fixed: &[Reg],
     placement: Placement,
     limits: &Limits<'_>,
@@ -104,7 +104,7 @@ pub(super) fn compact(
     let value = Value::of(problem, &placement);
     let mut compaction = Compaction {
         bound: Bound::at(problem, placement.ii, value.length),
-        problem,
+        problem: problem.clone(),
         fixed,
         limits,
         best: placement,
@@ -120,7 +120,8 @@ pub(super) fn compact(
 }
 
 struct Compaction<'a, 'p> {
-    problem: &'a mut Problem<'p>,
+    /// A copy, whose `most_copies` the last steps lower.
+    problem: Problem<'p>,
     fixed: &'a [Reg],
     limits: &'a Limits<'a>,
     bound: Bound,
@@ -156,7 +157,7 @@ impl Compaction<'_, '_> {
         if self.limits.effort == 0 || size > LARGEST {
             return;
         }
-        let lanes = Lanes::of(self.problem);
+        let lanes = Lanes::of(&self.problem);
         self.melt(&lanes);
         self.shorten(Way::Squeeze, PATIENCE);
         self.shorten(Way::Negotiate(&lanes, WARM), MOST_PATIENCE);
@@ -288,7 +289,7 @@ impl Compaction<'_, '_> {
 
     /// Takes a placement if it is worth more.
     fn take(&mut self, placement: Placement) -> bool {
-        let value = Value::of(self.problem, &placement);
+        let value = Value::of(&self.problem, &placement);
         let is_better = value < self.value;
         if is_better {
             (self.best, self.value) = (placement, value);
@@ -316,7 +317,7 @@ impl Compaction<'_, '_> {
                 fixed: self.fixed,
                 watch: self.limits.watch,
             };
-            let (answer, spent) = exact::solve(self.problem, &question, None);
+            let (answer, spent) = exact::solve(&self.problem, &question, None);
             left = left.saturating_sub(spent.max(1));
             match answer {
                 Answer::Impossible => self.bound.length = self.value.length,
@@ -332,12 +333,10 @@ impl Compaction<'_, '_> {
 
     /// Looks for fewer contexts, then for fewer moves and registers, at the same length.
     fn simplify(&mut self, lanes: &Lanes) {
-        let most = self.problem.most_copies;
         self.repeat(lanes, |value| {
             (value.copies > 1).then_some(value.copies / 2)
         });
         self.repeat(lanes, |value| Some(value.copies));
-        self.problem.most_copies = most;
     }
 
     /// Negotiates at the same length, with at most so many copies, until it has been in vain too often.
