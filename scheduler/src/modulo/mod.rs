@@ -226,18 +226,8 @@ pub fn ask(
     let fixed = fixed_registers(dfg, srp)?;
     let question = question((ii, scope), &fixed, solver, watch);
     let problem = Problem::new(dfg, srp);
-    Ok(match exact::solve(&problem, &question, None).0 {
-        Answer::Placed(_) => Outcome::Schedule,
-        Answer::Impossible => Outcome::Impossible {
-            outright: match scope {
-                Scope::Folded(_) => true,
-                Scope::Timed { slack } => exact::is_complete(&problem, ii, slack),
-            },
-        },
-        Answer::Silent => Outcome::Silent,
-        Answer::Unknown => Outcome::Unknown,
-        Answer::TooLarge => Outcome::TooLarge,
-    })
+    let (answer, _) = exact::solve(&problem, &question, None);
+    Ok(Outcome::of(&answer, &problem, ii, scope))
 }
 
 /// A question without an end but the watch's.

@@ -1,6 +1,8 @@
 //! The record of an exact search: what it asked, the answers, and why it ended.
 
-use super::exact::Scope;
+use super::MAX_STAGES;
+use super::exact::{self, Answer, Scope};
+use super::problem::Problem;
 use serde::{Deserialize, Serialize};
 
 /// The exact search of a loop.
@@ -64,6 +66,23 @@ pub enum Outcome {
 }
 
 impl Outcome {
+    /// The outcome of a question about an II that was answered so.
+    pub(super) fn of(answer: &Answer, problem: &Problem<'_>, ii: u32, scope: Scope) -> Outcome {
+        match answer {
+            Answer::Placed(found) if found.stages(problem) > MAX_STAGES => Outcome::TooLong,
+            Answer::Placed(_) => Outcome::Schedule,
+            Answer::Impossible => Outcome::Impossible {
+                outright: match scope {
+                    Scope::Folded(_) => true,
+                    Scope::Timed { slack } => exact::is_complete(problem, ii, slack),
+                },
+            },
+            Answer::Silent => Outcome::Silent,
+            Answer::Unknown => Outcome::Unknown,
+            Answer::TooLarge => Outcome::TooLarge,
+        }
+    }
+
     /// True if it may be asked again.
     pub(super) fn is_open(self) -> bool {
         matches!(self, Outcome::Unknown | Outcome::Schedule)

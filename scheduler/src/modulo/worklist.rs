@@ -5,7 +5,7 @@ use super::exact::{self, Answer, Fold, Question, Scope, Solver};
 use super::place::Placement;
 use super::record::{Asked, Outcome};
 use super::task::Task;
-use super::{Impossible, MAX_STAGES, Options};
+use super::{Impossible, Options};
 use srp_archdesc::Watch;
 use std::collections::BTreeMap;
 
@@ -162,25 +162,7 @@ impl<'a, 'p> Worklist<'a, 'p> {
         };
         let (answer, spent) = exact::solve(problem, &question, None);
         limits.effort -= spent.min(limits.effort);
-        let mut found = None;
-        let outcome = match answer {
-            Answer::Placed(placement) => match placement.stages(problem) <= MAX_STAGES {
-                true => {
-                    found = Some(*placement);
-                    Outcome::Schedule
-                }
-                false => Outcome::TooLong,
-            },
-            Answer::Impossible => Outcome::Impossible {
-                outright: match scope {
-                    Scope::Folded(_) => true,
-                    Scope::Timed { slack } => exact::is_complete(problem, ii, slack),
-                },
-            },
-            Answer::Silent => Outcome::Silent,
-            Answer::Unknown => Outcome::Unknown,
-            Answer::TooLarge => Outcome::TooLarge,
-        };
+        let outcome = Outcome::of(&answer, problem, ii, scope);
         let asked = (self.asked.entry((ii, scope))).or_insert(Asked {
             ii,
             scope,
@@ -191,7 +173,10 @@ impl<'a, 'p> Worklist<'a, 'p> {
         asked.outcome = outcome;
         asked.times += 1;
         asked.steps += spent;
-        found
+        match answer {
+            Answer::Placed(found) if outcome == Outcome::Schedule => Some(*found),
+            _ => None,
+        }
     }
 
     /// The questions below an II that are open in a round, those with a short horizon first at each
