@@ -111,7 +111,15 @@ impl Lanes {
         let units = problem.srp.fus.len();
         let stride = units.next_multiple_of(VECTOR);
         let (of, count) = number(problem, stride);
-        let ways = Ty::ALL.map(|ty| Ways::of(problem, ty, &of, (stride, count)));
+        let ways = Ty::ALL.map(|ty| {
+            Ways::of(&Numbered {
+                problem,
+                ty,
+                of: &of,
+                stride,
+                count,
+            })
+        });
         let none = || EntityMap::filled(problem.graph.places.len(), Vec::new());
         let (mut writers, mut transfers) = (none(), EntityMap::filled(of.len(), Vec::new()));
         for (fu, files) in problem.graph.writes.iter() {
@@ -175,90 +183,133 @@ fn number(problem: &Problem<'_>, stride: usize) -> (EntityMap<Place, usize>, usi
 }
 
 impl Ways {
-    fn of(
-        problem: &Problem<'_>,
-        ty: Ty,
-        of: &EntityMap<Place, usize>,
-        (stride, count): (usize, usize),
-    ) -> Ways {
-        let graph = &problem.graph;
-        let fits = |width: u32| width >= ty.bits();
-        let reads = graph.reads.values().flatten().filter(|r| fits(r.width));
-        let reads = reads.filter(|r| of[r.from] < count);
-        let reads = reads.map(|r| Way {
-            from: of[r.from],
-            to: r.to.index(),
-            delay: r.delay as i32,
-        });
-        let writes = graph.writes.iter().flat_map(|(fu, files)| {
-            let wide = files.iter().filter(|&&f| fits(graph.places[f].width));
-            wide.map(move |&file| (fu, file))
-        });
-        let writes = writes.map(|(fu, file)| Way {
-            from: fu.index(),
-            to: of[file],
-            delay: 0,
-        });
-        let transfers = graph.transfers.values().flatten().filter(|t| fits(t.width));
-        let transfers = transfers.filter(|t| of[t.from] < count);
-        let transfers = transfers.map(|t| Way {
-            from: of[t.from],
-            to: of[t.to],
-            delay: t.delay as i32 + 1,
-        });
-        let landing = |fu: Fu| {
-            let timing = problem.move_timing(fu, ty)?;
-            let place = graph.result_place(fu, Opcode::mov(ty))?;
-            Some(Landing {
-                lane: of[place],
-                latency: timing.latency as i32,
-            })
-        };
-        let landing: Vec<Option<Landing>> = problem.srp.fus.keys().map(landing).collect();
-        let mut by_latency: BTreeMap<i32, Vec<i16>> = BTreeMap::new();
-        let mut odd_movers = Vec::new();
-        for fu in problem.srp.fus.keys() {
-            let Some(timing) = problem.move_timing(fu, ty) else {
-                continue;
-            };
-            if timing.interval == 1 && timing.uses.is_empty() {
-                let mask = by_latency.entry(timing.latency as i32);
-                mask.or_insert_with(|| vec![NEVER; stride])[fu.index()] = 0;
-            } else {
-                let timing = timing.clone();
-                odd_movers.push(OddMover { fu, timing });
-            }
-        }
-        let movers = by_latency.into_iter();
-        // Units that do not move land nowhere, so they do not keep the others from being a block.
-        let mut firsts = landing.iter().enumerate().filter_map(|(unit, landing)| {
-            let landing = (*landing)?;
-            Some(landing.lane.checked_sub(unit))
-        });
-        let first = firsts.next().unwrap_or(Some(0));
+    fn of(numbered: &Numbered<'_>) -> Ways {
+        let Numbered { stride, count, .. } = *numbered;
         // Whoever reads outputs may read past the ends of all lanes, as far as the margins go.
         let margin = stride as isize;
         let readable = |from: isize, free: bool| {
             let end = from + margin;
             (free && from >= -margin) || (from >= 0 && end <= count as isize)
         };
-        let results = problem.srp.fus.keys();
-        let results = results.filter_map(|fu| graph.result_place(fu, Opcode::mov(ty)));
-        let files = graph.file.values().copied();
-        let standing = results.chain(files.filter(|&p| fits(graph.places[p].width)));
+        let landing = numbered.landings();
+        let (movers, odd_movers) = numbered.movers();
         Ways {
-            spans: spans(standing.map(|place| of[place])),
-            reads: Shifts::of(reads, stride, readable),
-            writes: Shifts::of(writes, stride, |from, _| from == 0),
-            transfers: Shifts::of(transfers, stride, |from, _| from >= -margin),
-            landing_block: first.filter(|_| firsts.all(|other| other == first)),
+            reads: Shifts::of(numbered.reads(), stride, readable),
+            writes: Shifts::of(numbered.writes(), stride, |from, _| from == 0),
+            transfers: Shifts::of(numbered.transfers(), stride, |from, _| from >= -margin),
+            landing_block: landing_block(&landing),
             landing,
+            movers,
             odd_movers,
-            movers: movers
-                .map(|(latency, mask)| Movers { latency, mask })
-                .collect(),
+            spans: spans(numbered.standing()),
         }
     }
+}
+
+/// A machine whose places have lanes, for the values of one type.
+struct Numbered<'a> {
+    problem: &'a Problem<'a>,
+    ty: Ty,
+    /// The lane of each place.
+    of: &'a EntityMap<Place, usize>,
+    stride: usize,
+    count: usize,
+}
+
+impl Numbered<'_> {
+    fn fits(&self, width: u32) -> bool {
+        width >= self.ty.bits()
+    }
+
+    /// The ways into the operands of units.
+    fn reads(&self) -> impl Iterator<Item = Way> {
+        let reads = self.problem.graph.reads.values().flatten();
+        let reads = reads.filter(|r| self.fits(r.width) && self.of[r.from] < self.count);
+        reads.map(|r| Way {
+            from: self.of[r.from],
+            to: r.to.index(),
+            delay: r.delay as i32,
+        })
+    }
+
+    /// The ways of results from the units' outputs into files.
+    fn writes(&self) -> impl Iterator<Item = Way> {
+        let graph = &self.problem.graph;
+        graph.writes.iter().flat_map(move |(fu, files)| {
+            let wide = (files.iter()).filter(|&&f| self.fits(graph.places[f].width));
+            wide.map(move |&file| Way {
+                from: fu.index(),
+                to: self.of[file],
+                delay: 0,
+            })
+        })
+    }
+
+    /// The ways from outputs into files, past the units.
+    fn transfers(&self) -> impl Iterator<Item = Way> {
+        let transfers = self.problem.graph.transfers.values().flatten();
+        let transfers = transfers.filter(|t| self.fits(t.width) && self.of[t.from] < self.count);
+        transfers.map(|t| Way {
+            from: self.of[t.from],
+            to: self.of[t.to],
+            delay: t.delay as i32 + 1,
+        })
+    }
+
+    /// The place where each unit's moves land.
+    fn landings(&self) -> Vec<Option<Landing>> {
+        let landing = |fu: Fu| {
+            let timing = self.problem.move_timing(fu, self.ty)?;
+            let place = (self.problem.graph).result_place(fu, Opcode::mov(self.ty))?;
+            Some(Landing {
+                lane: self.of[place],
+                latency: timing.latency as i32,
+            })
+        };
+        self.problem.srp.fus.keys().map(landing).collect()
+    }
+
+    /// The units that move, by latency, and those whose moves hold more than one issue slot.
+    fn movers(&self) -> (Vec<Movers>, Vec<OddMover>) {
+        let mut by_latency: BTreeMap<i32, Vec<i16>> = BTreeMap::new();
+        let mut odd_movers = Vec::new();
+        for fu in self.problem.srp.fus.keys() {
+            let Some(timing) = self.problem.move_timing(fu, self.ty) else {
+                continue;
+            };
+            if timing.interval == 1 && timing.uses.is_empty() {
+                let mask = by_latency.entry(timing.latency as i32);
+                mask.or_insert_with(|| vec![NEVER; self.stride])[fu.index()] = 0;
+            } else {
+                let timing = timing.clone();
+                odd_movers.push(OddMover { fu, timing });
+            }
+        }
+        let movers = by_latency.into_iter();
+        let movers = movers.map(|(latency, mask)| Movers { latency, mask });
+        (movers.collect(), odd_movers)
+    }
+
+    /// The lanes where such a value can stand.
+    fn standing(&self) -> impl Iterator<Item = usize> {
+        let graph = &self.problem.graph;
+        let results = self.problem.srp.fus.keys();
+        let results = results.filter_map(|fu| graph.result_place(fu, Opcode::mov(self.ty)));
+        let files = graph.file.values().copied();
+        let places = results.chain(files.filter(|&p| self.fits(graph.places[p].width)));
+        places.map(|place| self.of[place])
+    }
+}
+
+/// The lane of unit 0's landings, where all land in one block. Units that do not move land nowhere, so they do not keep
+/// the others from being a block.
+fn landing_block(landing: &[Option<Landing>]) -> Option<usize> {
+    let mut firsts = landing.iter().enumerate().filter_map(|(unit, landing)| {
+        let landing = (*landing)?;
+        Some(landing.lane.checked_sub(unit))
+    });
+    let first = firsts.next().unwrap_or(Some(0));
+    first.filter(|_| firsts.all(|other| other == first))
 }
 
 impl Shifts {
