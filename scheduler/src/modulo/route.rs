@@ -148,10 +148,10 @@ pub(super) struct Router {
     pub(super) expanded: u64,
 }
 
-/// States that are expanded for one route at most, and for each cycle of a careful one if these are more: a
-/// longer search finds only ways that are too long.
+/// States that are expanded for one route at most, and for each of its cycles if these are more: a longer search
+/// finds only ways that are too long, and a shorter one none to a consumer that is a long loop later.
 const LARGEST_SEARCH: u32 = 3000;
-const OF_A_CYCLE: u32 = 16;
+const OF_A_CYCLE: u32 = 96;
 
 /// One search.
 struct Search<'s, 'p> {
@@ -218,10 +218,7 @@ impl Search<'_, '_> {
     fn run(&mut self, expanded: &mut u64) -> Option<(Route, u32)> {
         self.start();
         let cycles = (self.last - self.request.ready) as u32;
-        let mut left = match self.is_careful {
-            true => LARGEST_SEARCH.max(OF_A_CYCLE.saturating_mul(cycles)),
-            false => LARGEST_SEARCH,
-        };
+        let mut left = LARGEST_SEARCH.max(OF_A_CYCLE.saturating_mul(cycles));
         let mut best: Option<(u32, u32, u32)> = None; // cost, state, read path
         while let Some(Reverse((least, _, cost, index))) = self.open.pop() {
             if best.is_some_and(|(b, ..)| least >= b) {
