@@ -45,6 +45,7 @@ mod software;
 mod strength;
 mod trip;
 mod unroll;
+mod widen;
 
 use crate::program::Pos;
 
@@ -91,6 +92,7 @@ pub use software::SOFTWARE;
 use software::software;
 use strength::strength;
 use unroll::{unnest, unroll};
+use widen::widen_counters;
 
 /// A pass's remark for the user: an obstacle, or a place where results may change.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

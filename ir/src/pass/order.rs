@@ -32,6 +32,8 @@ pub const STANDARD: &[&str] = &[
     "simplify",
     "refine",
     "simplify",
+    "widen",
+    "simplify",
     "licm",
     "promote",
     "ifconvert",

@@ -230,6 +230,11 @@ pub const PASSES: &[Pass] = &[
         }),
     },
     Pass {
+        name: "widen",
+        what: "Takes counters of narrow types for words where their test keeps them in range.",
+        run: Run::Function(|f, _| widen_counters(f)),
+    },
+    Pass {
         name: "licm",
         what: "Moves out of loops what is the same in every iteration.",
         run: Run::Program(|program, _| {
