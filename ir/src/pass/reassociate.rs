@@ -4,9 +4,9 @@
 //! Of floating-point sums and products for those who ask, since results differ in their rounding. Of integer
 //! operations, which are exact, wherever it makes a recurrence shorter.
 
-use super::Remark;
 use super::cycle::{Cycles, latency};
 use super::fast_math::uses;
+use super::{Remark, dce};
 use crate::program::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use srp_archdesc::entity::EntityMap;
@@ -54,8 +54,11 @@ pub(crate) fn reassociate(func: &mut Function, remarks: &mut Vec<Remark>) -> boo
 pub(crate) fn shorten_recurrences(func: &mut Function, has_products: bool) -> bool {
     let mut changed = false;
     for block in func.layout.clone() {
-        changed |= distribute(func, block);
-        changed |= selected::take_in(func, block);
+        if distribute(func, block) | selected::take_in(func, block) {
+            // What they leave unused is no use of a term.
+            dce(func);
+            changed = true;
+        }
         changed |= sums::shorten(func, block, has_products);
         changed |= !trees(func, block, INTEGERS).is_empty();
     }

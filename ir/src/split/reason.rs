@@ -67,7 +67,10 @@ impl std::fmt::Display for Reason {
         f.write_str(match self {
             Reason::NeverEnds => "the loop never ends",
             Reason::NoWayBack => "no path leads back to the start of the loop",
-            Reason::InnerLoop => "there is another loop inside it",
+            Reason::InnerLoop => {
+                "there is another loop inside it; where that has a known number of iterations, `#pragma srp unroll N` \
+                 before it writes them out"
+            }
             Reason::SeveralExits => "it is left in more than one place",
             Reason::SlowerInChunks(Estimate {
                 iterations,

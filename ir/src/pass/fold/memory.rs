@@ -20,6 +20,15 @@ impl Folder<'_> {
         if op.access_bytes().is_none() {
             return self.out.push(inst);
         }
+        if let (Effect::Store, Some(bytes @ (1 | 2))) = (op.info().effect, op.access_bytes()) {
+            let stored = self.low_bits(args[2], 8 * bytes);
+            if stored != args[2] {
+                args[2] = stored;
+                let args = args.clone();
+                self.func.insts[inst].kind = InstKind::Op { op, args, imm };
+                self.changed = true;
+            }
+        }
         let (base, offset) = self.without_constant(args[1], 0);
         if base != args[1] {
             args[1] = base;
@@ -28,6 +37,36 @@ impl Folder<'_> {
             self.changed = true;
         }
         self.out.push(inst);
+    }
+
+    /// A value with the same low bits: what it extends or masks, for a store that takes no others.
+    fn low_bits(&self, value: Value, bits: u32) -> Value {
+        let low = u32::MAX >> (32 - bits);
+        let mut value = value;
+        for _ in 0..LOOK_BACK {
+            let wider = match self.op_of(value) {
+                Some((Opcode::And, [a, b, _], _))
+                    if self.word(b).is_some_and(|c| c & low == low) =>
+                {
+                    Some(a)
+                }
+                Some((Opcode::Sar | Opcode::Shr, [a, by, _], _)) => match self.op_of(a) {
+                    Some((Opcode::Shl, [x, there, _], _))
+                        if self.word(by) == self.word(there)
+                            && self.word(by).is_some_and(|by| by <= 32 - bits) =>
+                    {
+                        Some(x)
+                    }
+                    _ => None,
+                },
+                _ => None,
+            };
+            match wider {
+                Some(wider) => value = wider,
+                None => break,
+            }
+        }
+        value
     }
 
     /// An address as a value and a constant that add up to it: itself and 0, or a value with less
