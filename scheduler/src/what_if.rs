@@ -1,21 +1,22 @@
 //! Effects of small changes to the machine on a loop's initiation interval, found by scheduling the
 //! loop on the changed machine.
 
+use crate::demand::{Demand, Need};
 use crate::modulo::{self, Options};
 use srp_archdesc::arch::{
     FileKind, Fu, FuOp, Input, LinkSpec, Resource, ResourceSpec, Srp, WireSpec,
 };
 use srp_archdesc::entity::EntityMap;
-use srp_archdesc::isa::Class;
+use srp_archdesc::isa::{Class, Ty};
 use srp_archdesc::{Watch, threads};
-use srp_ir::dfg::Dfg;
+use srp_ir::dfg::{Dfg, Operand};
 use std::collections::BTreeSet;
 
 /// A small change of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edit {
-    /// One more use of a shared resource in each cycle.
-    MoreOf(Resource),
+    /// So many more uses of a shared resource in each cycle.
+    MoreOf(Resource, u32),
     /// One more unit runs a class, as the first that has it does.
     OnUnit(Class, Fu),
     /// Units can issue an operation of a class every cycle.
@@ -28,6 +29,8 @@ pub enum Edit {
     FilePorts,
     /// The configuration memory has twice the contexts.
     Contexts,
+    /// An instruction has one more constant.
+    Constants,
     /// There are links between units that are so far apart.
     Links(Apart),
     /// Links have no registers along them.
@@ -68,7 +71,8 @@ impl Edit {
     /// Describes the change in words.
     pub fn in_words(self, srp: &Srp) -> String {
         match self {
-            Edit::MoreOf(resource) => format!("one more {}", srp.resources[resource].name),
+            Edit::MoreOf(resource, 1) => format!("one more {}", srp.resources[resource].name),
+            Edit::MoreOf(resource, more) => format!("{more} more {}", srp.resources[resource].name),
             Edit::OnUnit(class, fu) => format!("{class} on {} too", srp.fus[fu].name),
             Edit::EveryCycle(class) => format!("{class} issued every cycle"),
             Edit::Faster(class) => format!("{class} a cycle faster"),
@@ -79,6 +83,7 @@ impl Edit {
                 "one more port to read and to write in every register file".to_owned()
             }
             Edit::Contexts => "twice the contexts".to_owned(),
+            Edit::Constants => "one more constant an instruction".to_owned(),
             Edit::Links(Apart::Neighbours) => "links to all four neighbours".to_owned(),
             Edit::Links(Apart::Diagonal) => "links to the diagonal neighbours too".to_owned(),
             Edit::Links(Apart::TwoSteps) => "links to the units two steps away too".to_owned(),
@@ -93,9 +98,9 @@ impl Edit {
     /// A file that says something else of single units may need more.
     pub fn setting(self, srp: &Srp) -> Option<String> {
         match self {
-            Edit::MoreOf(resource) => {
+            Edit::MoreOf(resource, more) => {
                 let ResourceSpec { name, count, .. } = &srp.resources[resource];
-                Some(format!("resource[name={name}].count={}", count + 1))
+                Some(format!("resource[name={name}].count={}", count + more))
             }
             Edit::EveryCycle(class) => Some(format!("op[class={class}].interval=1")),
             Edit::Faster(class) => {
@@ -104,6 +109,10 @@ impl Edit {
                 Some(format!("op[class={class}].latency={latency}"))
             }
             Edit::Contexts => Some(format!("array.contexts={}", 2 * srp.contexts)),
+            Edit::Constants => {
+                let most = srp.fus.values().map(|fu| fu.constants).max()?;
+                Some(format!("fu-type[*].constants={}", most + 1))
+            }
             Edit::NoLinkRegisters => Some("array.link-delay=0".to_owned()),
             Edit::Hops => Some(format!("array.hops={}", srp.hops + 1)),
             Edit::OnUnit(..)
@@ -118,7 +127,7 @@ impl Edit {
     /// Changes a machine.
     pub fn apply(self, srp: &mut Srp) {
         match self {
-            Edit::MoreOf(resource) => srp.resources[resource].count += 1,
+            Edit::MoreOf(resource, more) => srp.resources[resource].count += more,
             Edit::OnUnit(class, fu) => {
                 let model = srp.fus.values().find_map(|fu| fu.op(class)).cloned();
                 srp.fus[fu].ops.extend(model);
@@ -138,6 +147,11 @@ impl Edit {
                 }
             }
             Edit::Contexts => srp.contexts *= 2,
+            Edit::Constants => {
+                let most = srp.fus.values().map(|fu| fu.constants).max();
+                let more = most.map_or(1, |most| most + 1);
+                srp.fus.values_mut().for_each(|fu| fu.constants = more);
+            }
             Edit::Links(apart) => add_links(srp, apart),
             Edit::NoLinkRegisters => srp.links.values_mut().for_each(|l| l.delay = 0),
             Edit::RowBuses => add_buses(srp),
@@ -208,7 +222,11 @@ pub fn what_if(
     threads: usize,
     watch: &dyn Watch,
 ) -> WhatIf {
-    let edits = if ii > 1 { edits(dfg, srp) } else { Vec::new() };
+    let edits = if ii > 1 {
+        edits(dfg, srp, ii)
+    } else {
+        Vec::new()
+    };
     let attempts = |trials: &[Trial]| {
         let attempt = |(): &mut (), i| attempt(dfg, &trials[i], ii, options, watch);
         let reached = threads::each(threads, trials.len(), || (), attempt);
@@ -301,13 +319,28 @@ fn pairs(dfg: &Dfg, srp: &Srp, ii: u32, edits: &[Edit], watch: &dyn Watch) -> (V
     (pairs, looked_at)
 }
 
-/// The changes worth a try for a loop.
-fn edits(dfg: &Dfg, srp: &Srp) -> Vec<Edit> {
+/// As much of each shared resource as an II below `ii` takes, where one more is too little.
+fn enough(demands: &[Demand], ii: u32) -> impl Iterator<Item = Edit> {
+    demands.iter().filter_map(move |demand| match demand.need {
+        Need::Shared(resource) => {
+            let more = demand.cycles.div_ceil(ii - 1).checked_sub(demand.offered)?;
+            (more > 1).then_some(Edit::MoreOf(resource, more))
+        }
+        _ => None,
+    })
+}
+
+/// The changes worth a try for a loop to have an II below `ii`, which is not 1.
+fn edits(dfg: &Dfg, srp: &Srp, ii: u32) -> Vec<Edit> {
     let classes: BTreeSet<Class> = dfg.nodes.values().map(|n| n.op.class()).collect();
     let bounds = modulo::bounds(dfg, srp);
     // Elsewhere latencies change an II by luck only.
     let latencies_count = bounds.recurrences >= bounds.resources;
-    let mut edits: Vec<Edit> = srp.resources.keys().map(Edit::MoreOf).collect();
+    let one_more = srp
+        .resources
+        .keys()
+        .map(|resource| Edit::MoreOf(resource, 1));
+    let mut edits: Vec<Edit> = one_more.chain(enough(&bounds.demands, ii)).collect();
     for &class in &classes {
         edits.extend(one_more_unit(srp, class));
         let slow = |op: &FuOp| op.class == class && op.interval > 1;
@@ -321,8 +354,24 @@ fn edits(dfg: &Dfg, srp: &Srp) -> Vec<Edit> {
     }
     edits.extend([2, 4].map(Edit::LocalFiles));
     edits.extend([Edit::FilePorts, Edit::Contexts]);
+    if lacks_constants(dfg, srp) {
+        edits.push(Edit::Constants);
+    }
     edits.extend(link_edits(srp));
     edits
+}
+
+/// True if an operation has more constants than the instructions of some unit that runs it.
+fn lacks_constants(dfg: &Dfg, srp: &Srp) -> bool {
+    let is_constant = |operand: &&Operand| match operand {
+        Operand::Const(bits) => bits.ty() != Ty::Pred,
+        _ => false,
+    };
+    dfg.nodes.values().any(|node| {
+        let constants = node.operands.iter().filter(is_constant).count();
+        let mut units = srp.fus.values().filter(|fu| fu.runs(node.op).is_some());
+        units.any(|fu| constants > fu.constants as usize)
+    })
 }
 
 /// Changes of links and wires: links to neighbours and beyond that are missing, buses, more hops, and no delays.

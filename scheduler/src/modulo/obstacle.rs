@@ -203,6 +203,8 @@ pub enum Unschedulable {
     },
     /// No unit of the array runs an operation.
     NoUnit(Operation),
+    /// No unit that runs an operation has its constants and live-in values within reach.
+    NoPlace(Operation),
     /// Its II takes more contexts than the configuration memory has.
     Contexts {
         /// The bound of its II.
@@ -236,7 +238,9 @@ impl Unschedulable {
     /// positions.
     pub fn relocate(&mut self, dfg: &Dfg) {
         match self {
-            Unschedulable::NoUnit(operation) => operation.relocate(dfg),
+            Unschedulable::NoUnit(operation) | Unschedulable::NoPlace(operation) => {
+                operation.relocate(dfg);
+            }
             Unschedulable::Stopped { failed } => {
                 failed.iter_mut().for_each(|failed| failed.relocate(dfg));
             }
@@ -251,7 +255,9 @@ impl Unschedulable {
     /// The node that it fails on, if it is one.
     pub fn node(&self) -> Option<Node> {
         match self {
-            Unschedulable::NoUnit(operation) => Some(operation.node),
+            Unschedulable::NoUnit(operation) | Unschedulable::NoPlace(operation) => {
+                Some(operation.node)
+            }
             _ => None,
         }
     }
@@ -270,6 +276,11 @@ impl Unschedulable {
             Unschedulable::NoUnit(Operation { op, .. }) => {
                 format!("no unit of the array runs `{op}` (class {})", op.class())
             }
+            Unschedulable::NoPlace(operation) => format!(
+                "no unit that runs {} has places for its constants and values from outside the loop: give its type more \
+                 `constants`, or a static register file",
+                name(operation)
+            ),
             Unschedulable::Contexts { bound, contexts } => {
                 format!("its II is at least {bound}; there are {contexts} contexts")
             }

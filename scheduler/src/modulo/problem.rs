@@ -213,15 +213,23 @@ impl<'a> Problem<'a> {
         i32::try_from(u64::from(copies) * u64::from(ii)).unwrap_or(i32::MAX)
     }
 
+    /// True if a unit has the operation of a node, wherever its constants and invariants are.
+    pub(super) fn has_unit(&self, node: Node) -> bool {
+        self.srp.fus.keys().any(|fu| self.has_operation(node, fu))
+    }
+
+    fn has_operation(&self, node: Node, fu: Fu) -> bool {
+        let op = self.dfg.nodes[node].op;
+        let fits = |ty| self.result_fits(fu, op, ty);
+        self.srp.fus[fu].runs(op).is_some() && op.result().is_none_or(fits)
+    }
+
     /// True if a unit can run a node, its constants and invariants within reach.
     fn runs(&self, node: Node, fu: Fu) -> bool {
-        let data = &self.dfg.nodes[node];
-        let result = data.op.result();
-        if self.srp.fus[fu].runs(data.op).is_none()
-            || result.is_some_and(|ty| !self.result_fits(fu, data.op, ty))
-        {
+        if !self.has_operation(node, fu) {
             return false;
         }
+        let data = &self.dfg.nodes[node];
         let mut constants = self.srp.fus[fu].constants;
         data.operands.iter().all(|operand| match *operand {
             Operand::Node { .. } => true,

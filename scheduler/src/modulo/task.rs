@@ -34,7 +34,11 @@ impl<'p> Task<'p> {
             problem.most_copies = 1;
         }
         if let Some(node) = problem.nodes().find(|n| problem.units[*n].is_empty()) {
-            return Err(Unschedulable::NoUnit(Operation::of(dfg, node)));
+            let operation = Operation::of(dfg, node);
+            return Err(match problem.has_unit(node) {
+                true => Unschedulable::NoPlace(operation),
+                false => Unschedulable::NoUnit(operation),
+            });
         }
         storage(&problem)?;
         Ok(Task {

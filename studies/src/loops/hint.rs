@@ -47,10 +47,16 @@ pub(super) fn of(l: &LoopReport, facts: &LoopFacts, srp: &Srp) -> String {
 fn tried(l: &LoopReport, what_if: &WhatIf, facts: &LoopFacts, srp: &Srp) -> String {
     match what_if.changes.first() {
         Some(best) => format!(
-            "{} would give {}{}",
+            "{} would give {}{}{}",
             best.what,
             best.result(),
-            settings::in_brackets(&best.set)
+            settings::in_brackets(&best.set),
+            match l.status {
+                Status::Open if best.ii >= l.bound() => {
+                    "; a longer search (--optimal) may find that on this machine too"
+                }
+                _ => "",
+            }
         ),
         None => {
             let tried = what_if.tried;
