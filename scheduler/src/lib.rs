@@ -1,9 +1,9 @@
 //! Where and when every operation runs.
 //!
-//! [`schedule`] takes the program divided between the two engines and gives it units, cycles,
-//! routes and registers: [`modulo`] for the loops on the array, [`vliw`] for everything else. The
-//! result is data, a [`ScheduledDre`]. [`check`](srp_ir::check) checks every one that leaves this
-//! crate, and shares no code with the schedulers.
+//! A program divided between the two engines gets units, cycles, routes and registers: [`modulo`] gives them to the
+//! loops on the array, [`vliw`] to everything else, and [`assemble`] puts both together. The result is data, a
+//! [`ScheduledDre`]. [`check`](srp_ir::check) checks every one that leaves this crate, and shares no code with the
+//! schedulers.
 
 pub mod abi;
 pub mod demand;
@@ -14,31 +14,11 @@ pub mod what_if;
 
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::{Entity, EntityMap};
-use srp_archdesc::threads;
-use srp_archdesc::watch::{Stage, Watch};
 use srp_ir::check::{Checked, Refused, check_against};
 use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::layout::{Layout, TooLarge};
 use srp_ir::program::Kernel;
-
-/// How to schedule. No result depends on the number of threads.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
-    /// How hard to try for each loop.
-    pub modulo: modulo::Options,
-    /// Threads of the host.
-    pub threads: usize,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Options {
-            modulo: modulo::Options::default(),
-            threads: 1,
-        }
-    }
-}
 
 /// A scheduled program, and how its loops stand to their bounds.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,28 +99,6 @@ impl std::error::Error for ScheduleError {}
 
 /// The result for a loop.
 pub type LoopResult = Result<modulo::Scheduled, modulo::Unschedulable>;
-
-/// Schedules a program for a machine: its loops, then everything else around them.
-///
-/// # Errors
-///
-/// The program does not fit the machine.
-pub fn schedule(
-    dre: &Dre,
-    arch: &Arch,
-    options: &Options,
-    watch: &dyn Watch,
-) -> Result<Schedule, ScheduleError> {
-    let stage = Stage::of(watch, "scheduling", dre.kernels.len() as u64);
-    let one = |(): &mut (), index| {
-        let dfg = &dre.kernels[Kernel::new(index)];
-        let result = modulo::schedule(dfg, &arch.srp, &options.modulo, watch);
-        stage.done(1);
-        result
-    };
-    let loops = threads::each(options.threads, dre.kernels.len(), || (), one);
-    assemble(dre, arch, loops)
-}
 
 /// Schedules the control code of a program, whose loops have been scheduled, and puts both together.
 /// `loops` has the result of each kernel, in their order.

@@ -6,7 +6,6 @@
 //! A run takes a third of the programs through the passes and to the machine, and the next run most likely others;
 //! `SRP_PROGRAMS=all` takes all of them.
 
-use srp_archdesc::Unwatched;
 use srp_archdesc::arch::{Arch, Precision};
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::machines;
@@ -15,12 +14,12 @@ use srp_frontend::message::render_all;
 use srp_frontend::{Include, Options, compile};
 use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
-use srp_ir::split::split;
 use srp_ir::{Program, pass, verify};
 use srp_runtime::core::Core;
 use srp_runtime::solo::{self, Solo};
-use srp_scheduler::{Schedule, ScheduleError, schedule};
-use srp_tests::Part;
+use srp_scheduler::Schedule;
+use srp_tests::{Part, session};
+use srp_toolchain::{Effort, schedule};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -131,30 +130,9 @@ fn machine() -> Arch {
 }
 
 /// A program scheduled for a machine; loops that the array cannot run stay in the control code.
-fn scheduled(mut program: Program, arch: &Arch) -> Result<Schedule, String> {
-    loop {
-        let divided = split(&program).dre;
-        match schedule(
-            &divided,
-            arch,
-            &srp_scheduler::Options::default(),
-            &Unwatched,
-        ) {
-            Ok(schedule) => return Ok(schedule),
-            Err(ScheduleError::Kernels(failed)) => {
-                let names: Vec<_> = failed
-                    .iter()
-                    .map(|(kernel, _)| divided.kernels[*kernel].name.clone())
-                    .collect();
-                for func in program.funcs.values_mut() {
-                    for block in func.blocks.values_mut() {
-                        block.kernel.take_if(|mark| names.contains(&mark.name));
-                    }
-                }
-            }
-            Err(error) => return Err(error.to_string()),
-        }
-    }
+fn scheduled(program: Program, arch: &Arch) -> Result<Schedule, String> {
+    let compiled = schedule(program, arch, Effort::default(), &session());
+    Ok(compiled.map_err(|e| e.to_string())?.schedule)
 }
 
 /// Exit status and output of a simulated core.

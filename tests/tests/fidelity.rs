@@ -1,23 +1,20 @@
 //! Levels of simulation: the same picture and counts on all that run a whole frame, and samples that do
 //! not depend on threads.
 
-use srp_archdesc::Unwatched;
 use srp_csimgen::{Interpreter, link};
-use srp_ir::split;
 use srp_runtime::core::Core;
 use srp_runtime::effect::{Effects, Guard, find};
 use srp_runtime::picture::Picture;
 use srp_runtime::scene::demo::demo;
 use srp_runtime::scene_image::tile_size;
 use srp_runtime::system::{CodeSizes, Options, Timing};
-use srp_scheduler::schedule;
 use srp_studies::fidelity::Fidelity;
 use srp_studies::fidelity::sampled::{self, FirstPass, Frame, TracedFrame};
 use srp_studies::fidelity::{self, FrameFigure, FrameQuantity};
 use srp_studies::figure::estimate_of;
-use srp_tests::LITTLE;
 use srp_tests::studio::Studio;
-use srp_toolchain::Session;
+use srp_tests::{LITTLE, session};
+use srp_toolchain::{Session, schedule};
 
 const LIMIT: u64 = 1_000_000_000;
 
@@ -29,17 +26,8 @@ struct Kernels {
 
 fn kernels(studio: &Studio, built: Effects) -> Kernels {
     let program = studio.program(built);
-    let divided = split::split(&program);
-    let scheduled = schedule(
-        &divided.dre,
-        &studio.arch,
-        &srp_scheduler::Options {
-            modulo: LITTLE.modulo(),
-            ..srp_scheduler::Options::default()
-        },
-        &Unwatched,
-    );
-    let scheduled = scheduled.unwrap_or_else(|e| panic!("{e}")).program;
+    let compiled = schedule(program, &studio.arch, LITTLE, &session());
+    let scheduled = compiled.unwrap_or_else(|e| panic!("{e}")).schedule.program;
     let spec = link(&scheduled).unwrap_or_else(|e| panic!("{e}"));
     Kernels {
         interpreter: Interpreter::new(&spec),

@@ -4,12 +4,13 @@
 //! A run schedules an eighth of the programs, and the next run most likely others; `SRP_INTERVALS=all` schedules all of them,
 //! `SRP_INTERVALS=N` those of a run that printed N. `BLESS=1` writes the table anew.
 
-use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::machines::SGRT;
-use srp_ir::split;
-use srp_scheduler::{Options, Schedule, modulo};
-use srp_tests::{Part, Suite, compiled, equal, failures, machine, meaning, root, simulated};
+use srp_scheduler::{Schedule, modulo};
+use srp_tests::{
+    Part, Suite, compiled, equal, failures, machine, meaning, root, session, simulated,
+};
+use srp_toolchain::{divide, schedule_divided};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -66,16 +67,13 @@ fn read(text: &str) -> Table {
 }
 
 fn scheduled(suite: &Suite, arch: &Arch) -> Result<Schedule, String> {
-    let divided = split::split(&compiled(&suite.sources, arch)?);
-    let options = Options {
-        threads: std::thread::available_parallelism().map_or(1, usize::from),
-        // The II alone is recorded.
-        modulo: modulo::Options {
-            compaction: 0,
-            ..modulo::Options::default()
-        },
+    let divided = divide(&mut compiled(&suite.sources, arch)?, arch).map_err(|e| e.to_string())?;
+    // The II alone is recorded.
+    let options = modulo::Options {
+        compaction: 0,
+        ..modulo::Options::default()
     };
-    srp_scheduler::schedule(&divided.dre, arch, &options, &Unwatched).map_err(|e| e.to_string())
+    schedule_divided(&divided.dre, arch, &options, &session()).map_err(|e| e.to_string())
 }
 
 /// A loop with three roots and so many sums, each of earlier ones.

@@ -2,17 +2,16 @@
 //! host's compiler. Both engines and the intermediate form must fill the same buffers with the same
 //! bits.
 
-use srp_archdesc::Unwatched;
 use srp_csimgen::{Interpreter, link};
+use srp_ir::dre;
 use srp_ir::interp::{self, FlatWorld};
 use srp_ir::layout::Layout;
-use srp_ir::{dre, split};
 use srp_kernels::form::{self, Forms};
 use srp_runtime::core::Core;
 use srp_runtime::effect::Effects;
 use srp_runtime::solo::{self, Solo};
-use srp_scheduler::schedule;
-use srp_tests::{LITTLE, compiled_for, machine, root};
+use srp_tests::{LITTLE, compiled_for, machine, root, session};
+use srp_toolchain::schedule;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -223,22 +222,19 @@ fn all_are_equal(sources: &[PathBuf], build: (Effects, Forms), kernels: usize) {
         &outputs(&symbols, &world.sram),
     );
 
-    let divided = split::split(&program);
-    assert_eq!(divided.not_pipelined, [], "every kernel runs on the array");
+    // What is compared are values, which schedules of little effort have too.
+    let compiled = schedule(program, &arch, LITTLE, &session());
+    let compiled = compiled.unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(compiled.not_pipelined, [], "every kernel runs on the array");
+    let scheduled = compiled.schedule;
     // A function that is called twice may have its loops twice, `shade_miss` and `shade_miss_2`.
     let of = |name: &str| {
         name.trim_end_matches(|c: char| c == '_' || c.is_ascii_digit())
             .to_owned()
     };
-    let found: BTreeSet<String> = divided.dre.kernels.values().map(|k| of(&k.name)).collect();
+    let kernels_found = scheduled.program.kernels.values();
+    let found: BTreeSet<String> = kernels_found.map(|k| of(&k.dfg.name)).collect();
     assert_eq!(found.len(), kernels, "{found:?}");
-    // What is compared are values, which schedules of little effort have too.
-    let options = srp_scheduler::Options {
-        modulo: LITTLE.modulo(),
-        ..Default::default()
-    };
-    let scheduled =
-        schedule(&divided.dre, &arch, &options, &Unwatched).unwrap_or_else(|e| panic!("{e}"));
     let spec = link(&scheduled.program).unwrap_or_else(|e| panic!("{e}"));
     let simulate = |engine: &str, core: &mut dyn Core| {
         let mut bus = Solo::new(&scheduled.program.image, arch.system.sram_bytes);

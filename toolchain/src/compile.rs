@@ -231,7 +231,7 @@ pub fn compile(
         Input::Ir(program) => schedule_timed(*program, arch, options.effort, session, &timed),
         Input::Dre(dre) => {
             frames_fit(&dre.control, arch)?;
-            let scheduled = schedule_dre(&dre, arch, options.effort, session, &timed);
+            let scheduled = schedule_dre(&dre, arch, &options.effort.modulo(), session, &timed);
             let scheduled = match scheduled {
                 Ok(scheduled) => scheduled,
                 Err(error) => {
@@ -317,7 +317,7 @@ fn schedule_timed(
             refused,
         } = divided(&mut program, arch, timed)?;
         all_refused.extend(refused);
-        match schedule_dre(&dre, arch, effort, session, timed) {
+        match schedule_dre(&dre, arch, &effort.modulo(), session, timed) {
             Ok(schedule) => {
                 not_pipelined.extend(unschedulable);
                 return Ok(Compiled {
@@ -364,15 +364,29 @@ fn frames_fit(program: &Program, arch: &Arch) -> Result<(), Error> {
     Ok(())
 }
 
+/// Schedules a program that is divided: its loops, then the control code around them.
+///
+/// # Errors
+///
+/// A loop has no schedule, or the program does not fit the machine.
+pub fn schedule_divided(
+    dre: &Dre,
+    arch: &Arch,
+    options: &modulo::Options,
+    session: &Session<'_>,
+) -> Result<Schedule, ScheduleError> {
+    schedule_dre(dre, arch, options, session, &Timed::new(session.watch))
+}
+
 fn schedule_dre(
     dre: &Dre,
     arch: &Arch,
-    effort: Effort,
+    options: &modulo::Options,
     session: &Session<'_>,
     timed: &Timed<'_>,
 ) -> Result<Schedule, ScheduleError> {
     let all: Vec<&Dfg> = dre.kernels.values().collect();
-    let loops = loops::schedule_all(&all, arch, &effort.modulo(), session, timed);
+    let loops = loops::schedule_all(&all, arch, options, session, timed);
     let _stage = Stage::unknown(timed, "control code");
     srp_scheduler::assemble(dre, arch, loops)
 }

@@ -37,6 +37,7 @@ mod views;
 pub use cache::Cache;
 pub use compile::{
     Compiled, CompiledLoops, LeastIi, compile, compile_loops, facts_alone, least_iis, schedule,
+    schedule_divided,
 };
 pub use divide::{Divided, NotPipelined, WhyNot, divide};
 pub use engine::{Engine, Engines};

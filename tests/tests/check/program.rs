@@ -1,18 +1,18 @@
 //! The program that is damaged, scheduled for a machine, and what it does.
 
-use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::entity::EntityMap;
 use srp_csimgen::{Interpreter, link};
 use srp_ir::check::{self, sequence::Stretch};
+use srp_ir::dre;
 use srp_ir::dre::Dre;
 use srp_ir::dre::scheduled::{ModuloSchedule, ScheduledDre};
 use srp_ir::interp::{FlatWorld, Options};
 use srp_ir::layout::Layout;
 use srp_ir::program::{Kernel, Program};
-use srp_ir::{dre, split};
 use srp_runtime::solo::{self, Solo};
-use srp_tests::{compiled, machine, root};
+use srp_tests::{compiled, machine, root, session};
+use srp_toolchain::{Effort, schedule};
 use std::sync::OnceLock;
 
 /// The machines that the program is scheduled for.
@@ -69,16 +69,12 @@ impl Case {
         };
         let source = root().join("tests/tests/check/loops.c");
         let program = compiled(&[source], &arch).unwrap_or_else(|messages| panic!("{messages}"));
-        let divided = split::split(&program);
-        assert_eq!(divided.not_pipelined, [], "every kernel runs on the array");
-        let dre = divided.dre;
+        let compiled = schedule(program, &arch, Effort::default(), &session());
+        let compiled = compiled.unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(compiled.not_pipelined, [], "every kernel runs on the array");
+        let dre = compiled.dre.expect("it was divided here");
         let layout = Layout::of(&dre.control, arch.system.sram_bytes).expect("it is small");
-        let options = srp_scheduler::Options::default();
-        let scheduled = srp_scheduler::schedule(&dre, &arch, &options, &Unwatched);
-        let right = scheduled
-            .unwrap_or_else(|e| panic!("{e}"))
-            .program
-            .into_inner();
+        let right = compiled.schedule.program.into_inner();
         let code = srp_scheduler::vliw::emit(&dre.control, &right.kernels, &arch.srp, &layout);
         let sequence = code.expect("it was scheduled before").sequence;
         let effect = meaning(&dre, &arch, &layout);

@@ -8,14 +8,14 @@ mod usage;
 use machine::Wires;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
-use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;
 use srp_csimgen::{Interpreter, link};
 use srp_ir::dre::{self, Dre};
 use srp_ir::interp::{FlatWorld, Options};
 use srp_ir::layout::Layout;
 use srp_runtime::solo::{self, Solo};
-use srp_scheduler::{ScheduleError, schedule};
+use srp_scheduler::{ScheduleError, modulo};
+use srp_toolchain::{Session, schedule_divided};
 use std::panic::catch_unwind;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -35,7 +35,7 @@ const WRONG_ONCE: [u64; 1] = [1_795_700_027];
 const TOO_SLOW: &str = "A0307";
 
 /// One loop on one machine, all the way. Of the machines for the loop of a seed, 0 is drawn with the loop.
-fn trial(seed: u64, machine: u64, wires: &Wires, options: &srp_scheduler::Options) -> Trial {
+fn trial(seed: u64, machine: u64, wires: &Wires, options: &modulo::Options) -> Trial {
     let mut random = Pcg64::seed_from_u64(seed);
     let first = machine::random(&mut random, wires);
     let dre = body::random(&mut random);
@@ -53,7 +53,11 @@ fn trial(seed: u64, machine: u64, wires: &Wires, options: &srp_scheduler::Option
         dfg.verify()
             .unwrap_or_else(|v| panic!("seed {seed}: {v:?}"));
     }
-    let scheduled = match schedule(&dre, &arch, options, &Unwatched) {
+    let session = Session {
+        threads: 1,
+        ..Session::default()
+    };
+    let scheduled = match schedule_divided(&dre, &arch, options, &session) {
         Ok(scheduled) => scheduled,
         Err(ScheduleError::Kernels(_)) => return Trial::NoSchedule,
         Err(error) => panic!("seed {seed}: {error}"),
@@ -107,17 +111,15 @@ fn number(name: &str) -> Option<u64> {
 }
 
 /// The default effort, or a part of it in thousandths.
-fn effort(thousandths: u64) -> srp_scheduler::Options {
-    let mut options = srp_scheduler::Options::default();
-    let modulo = &mut options.modulo;
-    for steps in [
-        &mut modulo.effort,
-        &mut modulo.exact_effort,
-        &mut modulo.compaction,
-    ] {
-        *steps = *steps * thousandths / 1000;
+fn effort(thousandths: u64) -> modulo::Options {
+    let usual = modulo::Options::default();
+    let part = |steps: u64| steps * thousandths / 1000;
+    modulo::Options {
+        effort: part(usual.effort),
+        exact_effort: part(usual.exact_effort),
+        compaction: part(usual.compaction),
+        ..usual
     }
-    options
 }
 
 #[test]
@@ -176,6 +178,6 @@ fn random_loops_mean_the_same_on_random_machines() {
 #[test]
 fn moves_keep_their_units_for_their_whole_interval() {
     for seed in [77_000_118, 77_000_134, 88_000_018, 88_000_151] {
-        trial(seed, 0, &Wires::none(), &srp_scheduler::Options::default());
+        trial(seed, 0, &Wires::none(), &modulo::Options::default());
     }
 }
