@@ -226,6 +226,30 @@ impl TniSpec {
             (self.pres, self.aabbs, self.posts) = (1, 1, 1);
         }
     }
+
+    /// Rays that a traversal unit lets in, at most: more could stand in each other's way for ever.
+    ///
+    /// A ray stands still only where the FIFO behind its pipeline is full. Then it passes the pipeline again, and one out of
+    /// the FIFO in front enters where a stage is free. So rays stand still for ever only round a ring of pipelines of which
+    /// every stage and the FIFO behind it are taken. The rings are box tests back to the fetch of nodes (parallel form
+    /// only), these through stack operations, and leaves through the intersection units, whose places all traversal units
+    /// share. One ray less than the smallest of them holds leaves a place free in each.
+    pub fn most_in_flight(&self) -> u32 {
+        let fifo = self.fifo.max(1);
+        let pre = fifo + self.pres.max(1) * (self.pre_latency + self.trv_l1.latency);
+        let aabb = fifo + self.aabbs.max(1) * self.aabb_latency;
+        let post = fifo + self.posts.max(1) * self.post_latency;
+        let ist = self.ists.max(1) * (fifo + self.ist_latency + self.ist_l1.latency);
+        let boxes = match self.pipeline {
+            Pipeline::Single => pre + aabb + post,
+            Pipeline::Parallel => pre + aabb,
+        };
+        let leaves = match self.pipeline {
+            Pipeline::Single => pre + aabb + post + ist / self.trvs.max(1),
+            Pipeline::Parallel => pre + post + ist / self.trvs.max(1),
+        };
+        boxes.min(leaves) - 1
+    }
 }
 
 /// Forms of the traversal unit (SGRT Figure 4).

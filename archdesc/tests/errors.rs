@@ -42,6 +42,45 @@ fn every_warning_is_shown_as_expected() {
     {
         let shown = xml::warnings(name, xml);
         assert!(shown.is_empty(), "{name}: {shown:?}");
+        let expanded = xml::write(&parse(name, xml).expect(name));
+        let shown = xml::warnings(name, &expanded);
+        assert!(shown.is_empty(), "{name}, expanded: {shown:?}");
+    }
+}
+
+/// The sgrt machine with one text in place of another.
+fn edited(from: &str, to: &str) -> String {
+    let text = machines::SGRT.xml.replacen(from, to, 1);
+    assert_ne!(text, machines::SGRT.xml, "{from}");
+    text
+}
+
+#[test]
+fn what_an_attribute_is_worth_by_itself_is_not_warned_of() {
+    for (from, to) in [
+        ("stacks=\"16\"", "stacks=\"56\""),
+        // An exact reciprocal has one recurrence with the roots unless it has a number.
+        (
+            "<op class=\"alu\"/>",
+            "<op class=\"alu\"/><special function=\"rcp\" datapath=\"0\"/>",
+        ),
+        // A root in code is a product with the inverse root.
+        (
+            "<op class=\"alu\"/>",
+            "<op class=\"alu\"/><special function=\"sqrt\" bits=\"12\" refine=\"code\"/>\
+             <special function=\"rsqrt\" bits=\"12\" refine=\"code\"/>",
+        ),
+        (
+            "topology=\"mesh-diagonal\"",
+            "topology=\"mesh\" wires=\"mesh\" hops=\"2\" wire-width=\"32\"",
+        ),
+        (
+            "shared=\"true\"/>",
+            "shared=\"false\"><timing faw=\"33\" rc=\"35\" ccd=\"3\"/></dram>",
+        ),
+    ] {
+        let shown = xml::warnings("machine", &edited(from, to));
+        assert!(shown.is_empty(), "{to}: {shown:?}");
     }
 }
 

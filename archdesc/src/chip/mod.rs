@@ -75,6 +75,19 @@ fn functions(class: Class, arch: &Arch) -> impl Iterator<Item = Special> {
     arch.precision.specials().filter(of_class)
 }
 
+/// Those of a unit.
+fn functions_of(fu: &FuSpec, arch: &Arch) -> Vec<Special> {
+    let classes = fu.ops.iter().map(|op| op.class);
+    classes.flat_map(|class| functions(class, arch)).collect()
+}
+
+/// Area of the special functions of all units, µm².
+pub(crate) fn specials_um2(arch: &Arch) -> f64 {
+    let fus = arch.srp.fus.values();
+    fus.map(|fu| specials_area(&functions_of(fu, arch), fu, arch))
+        .sum()
+}
+
 /// The area of an SRP by its parts.
 pub fn srp(arch: &Arch) -> SrpArea {
     let srp = &arch.srp;
@@ -82,9 +95,7 @@ pub fn srp(arch: &Arch) -> SrpArea {
     let (mut special, mut special_um2) = (0, 0.0);
     for fu in srp.fus.values() {
         all.add(arithmetic(fu, arch));
-        let here: Vec<Special> = (fu.ops.iter())
-            .flat_map(|op| functions(op.class, arch))
-            .collect();
+        let here = functions_of(fu, arch);
         special += here.len();
         special_um2 += specials_area(&here, fu, arch);
     }

@@ -163,7 +163,8 @@ pub fn standard(array: &StandardArray) -> Result<String, String> {
     }
     let wires = match array.wires.as_str() {
         "" => String::new(),
-        words => format!(" wires=\"{words}\" hops=\"{}\"", array.hops),
+        words if has_switches(words) => format!(" wires=\"{words}\" hops=\"{}\"", array.hops),
+        words => format!(" wires=\"{words}\""),
     };
     line(format_args!(
         "  <array rows=\"{rows}\" cols=\"{cols}\" topology=\"{}\"{wires} contexts=\"{contexts}\">",
@@ -177,6 +178,18 @@ pub fn standard(array: &StandardArray) -> Result<String, String> {
     line(format_args!("  <vliw slots=\"0\"/>"));
     line(format_args!("</machine>"));
     Ok(out)
+}
+
+/// True if one of these words means switches, by which a value goes from wire to wire.
+fn has_switches(words: &str) -> bool {
+    let mut kinds = words
+        .split([' ', '\t', '\n'])
+        .map(|word| word.split(':').next());
+    let is_switch = |kind: Option<&str>| {
+        let known = wires::KINDS.iter().find(|(name, _)| Some(*name) == kind);
+        matches!(known, Some((_, wires::Kind::Switches(_))))
+    };
+    kinds.any(is_switch)
 }
 
 /// A name that says what it is.

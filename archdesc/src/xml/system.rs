@@ -61,7 +61,7 @@ fn default() -> SystemSpec {
             ist_latency: 1,
             fifo: 16,
             rau_rows: 16,
-            rau_rays: 16,
+            rau_rays: RAU_RAYS,
             trv_l1: cache(16, 2, 1, 1, 8),
             trv_l2: cache(128, 2, 20, 8, 16),
             ist_l1: cache(128, 4, 1, 1, 8),
@@ -83,6 +83,9 @@ fn default() -> SystemSpec {
         dram: dram::default(),
     }
 }
+
+/// Rays of a row of an accumulation unit, where the file does not say.
+pub(super) const RAU_RAYS: u32 = 16;
 
 const fn cache(kib: u32, ways: u32, latency: u32, banks: u32, misses: u32) -> CacheSpec {
     CacheSpec {

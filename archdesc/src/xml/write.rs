@@ -5,11 +5,14 @@ use std::fmt::Write;
 
 use super::dram::{PARTS, ROW_POLICIES};
 use super::links::{TOPOLOGIES, Topology};
+use super::system::RAU_RAYS;
+use super::wires::HOPS;
 use crate::arch::{Approx, Arch, FileKind, FileSpec, Fu, FuSpec, Input, WireSpec};
 use crate::cost::special::Build;
 use crate::datapath::FpLatency;
 use crate::dram::{BankedSpec, DramModel, DramSpec};
 use crate::format::{Format, KINDS};
+use crate::precision::Refine;
 use crate::structure::{Special, Structure};
 use crate::system::{BankSpec, CacheSpec, Pipeline, SystemSpec};
 
@@ -40,11 +43,15 @@ fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(out, "/>")?;
     let none = TOPOLOGIES.iter().find(|(_, t)| *t == Topology::None);
     let none = none.map_or("", |(name, _)| name);
+    let hops = match arch.srp.wires.is_empty() && arch.srp.hops == HOPS {
+        true => String::new(),
+        false => format!(" hops=\"{}\"", arch.srp.hops),
+    };
     writeln!(
         out,
-        "  <array rows=\"{}\" cols=\"{}\" topology=\"{none}\" hops=\"{}\" contexts=\"{}\" \
+        "  <array rows=\"{}\" cols=\"{}\" topology=\"{none}\"{hops} contexts=\"{}\" \
          shared-contexts=\"{}\">",
-        arch.srp.rows, arch.srp.cols, arch.srp.hops, arch.srp.contexts, arch.srp.shared_contexts
+        arch.srp.rows, arch.srp.cols, arch.srp.contexts, arch.srp.shared_contexts
     )?;
     for unit in arch.srp.fus.values() {
         write_unit(out, arch, unit)?;
@@ -97,11 +104,11 @@ fn write_special(
             write!(out, " bits=\"{bits}\"")?;
             write_structure(out, structure)?;
             if structure.is_tabulated() {
-                let refine = refine.name();
-                write!(
-                    out,
-                    " steps=\"{steps}\" fused=\"{fused}\" refine=\"{refine}\""
-                )?;
+                write!(out, " steps=\"{steps}\"")?;
+                // How steps are taken is said where there are some.
+                if steps > 0 || !fused || refine != Refine::Unit {
+                    write!(out, " fused=\"{fused}\" refine=\"{}\"", refine.name())?;
+                }
             }
         }
     }
@@ -327,11 +334,15 @@ fn write_tni(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
     let latencies = latencies.into_iter().filter(|&(_, given, _)| given);
     let latencies = latencies.map(|(name, _, n)| format!(" {name}-latency=\"{n}\""));
     let latencies: String = latencies.collect();
+    let rau_rays = match (tni.rau_rows, tni.rau_rays) {
+        (0, RAU_RAYS) => String::new(),
+        (_, rays) => format!(" rau-rays=\"{rays}\""),
+    };
     writeln!(
         out,
         "    <tni trvs=\"{}\" ists=\"{}\" pipeline=\"{pipeline}\" pres=\"{}\" aabbs=\"{}\" \
-         posts=\"{}\" stacks=\"{}\" stack-depth=\"{}\"\n        {latencies}\n         fifo=\"{}\" rau-rows=\"{}\" \
-         rau-rays=\"{}\" node-format=\"{}\" node-bytes=\"{}\" triangle-bytes=\"{}\"\n         \
+         posts=\"{}\" stacks=\"{}\" stack-depth=\"{}\"\n        {latencies}\n         fifo=\"{}\" \
+         rau-rows=\"{}\"{rau_rays} node-format=\"{}\" node-bytes=\"{}\" triangle-bytes=\"{}\"\n         \
          intersection=\"{}\" any-hit=\"{}\">",
         tni.trvs,
         tni.ists,
@@ -342,7 +353,6 @@ fn write_tni(out: &mut String, system: &SystemSpec) -> std::fmt::Result {
         tni.stack_depth,
         tni.fifo,
         tni.rau_rows,
-        tni.rau_rays,
         tni.node_format.name(),
         tni.node_bytes,
         tni.triangle_bytes,

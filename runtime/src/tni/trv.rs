@@ -104,34 +104,10 @@ pub(super) struct Trv {
     counted: Counted,
 }
 
-/// Rays that a traversal unit lets in, at most: more could stand in each other's way for ever.
-///
-/// A ray stands still only where the FIFO behind its pipeline is full. Then it passes the pipeline again, and one out of
-/// the FIFO in front enters where a stage is free. So rays stand still for ever only round a ring of pipelines of which
-/// every stage and the FIFO behind it are taken. The rings are box tests back to the fetch of nodes (parallel form
-/// only), these through stack operations, and leaves through the intersection units, whose places all traversal units
-/// share. One ray less than the smallest of them holds leaves a place free in each.
-fn most_in_flight(spec: &TniSpec) -> u32 {
-    let fifo = spec.fifo.max(1);
-    let pre = fifo + spec.pres.max(1) * (spec.pre_latency + spec.trv_l1.latency);
-    let aabb = fifo + spec.aabbs.max(1) * spec.aabb_latency;
-    let post = fifo + spec.posts.max(1) * spec.post_latency;
-    let ist = spec.ists.max(1) * (fifo + spec.ist_latency + spec.ist_l1.latency);
-    let boxes = match spec.pipeline {
-        Pipeline::Single => pre + aabb + post,
-        Pipeline::Parallel => pre + aabb,
-    };
-    let leaves = match spec.pipeline {
-        Pipeline::Single => pre + aabb + post + ist / spec.trvs.max(1),
-        Pipeline::Parallel => pre + post + ist / spec.trvs.max(1),
-    };
-    boxes.min(leaves) - 1
-}
-
 impl Trv {
     /// A unit with a stack for each of these slots.
     pub(super) fn new(spec: &TniSpec, mut slots: std::ops::Range<Slot>) -> Trv {
-        let most = most_in_flight(spec).min(u32::from(Slot::MAX)) as usize;
+        let most = spec.most_in_flight().min(u32::from(Slot::MAX)) as usize;
         slots.end = slots.start + slots.len().min(most) as Slot;
         let resident = slots.len();
         let pre_latency = spec.pre_latency + spec.trv_l1.latency;

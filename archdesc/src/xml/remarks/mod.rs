@@ -2,31 +2,34 @@
 //! the technology does what is asked of it. An architect who changes one of these would look for an effect in vain, or believe
 //! a wrong one.
 
+mod array;
+mod haste;
+mod memory;
+mod special;
+mod tni;
+
 use std::collections::BTreeSet;
 
-use super::de::Spanned;
 use super::findings::Findings;
 use super::raw::{self, Text};
-use crate::arch::{Arch, FuOp};
-use crate::chip;
-use crate::cost::pipeline::MOST_HASTE;
+use crate::arch::Arch;
 use crate::cost::{self, FO4_PS};
 use crate::diagnostic::Span;
-use crate::dram::DramModel;
 use crate::isa::Class;
-use crate::system::NodeFormat;
 
 /// Warns of everything in a machine that is not as it seems.
 pub(super) fn remarks(found: &Findings, machine: &raw::Machine, at: Span, arch: &Arch) {
     let system = machine.system.as_ref().map(|system| &system.value);
     operations(found, machine, arch);
     unused_resources(found, machine, arch);
+    array::remarks(found, machine, arch);
+    special::remarks(found, machine, arch);
     if let Some(system) = system {
-        memories(found, system, arch);
-        tni(found, system, arch);
+        memory::remarks(found, system, arch);
+        tni::remarks(found, system, arch);
     }
     clocks(found, machine, at, arch);
-    haste(found, machine, at, arch);
+    haste::remarks(found, machine, at, arch);
 }
 
 /// An attribute without an effect.
@@ -34,6 +37,13 @@ fn dead(found: &Findings, span: Span, what: &str, why: &str, help: &str) {
     let message = format!("{what} has no effect: {why}");
     let warning = found.warning("A0701", span, message, "changes nothing");
     found.push(warning.help(help));
+}
+
+/// The same where the file has the attribute.
+fn dead_if_given(found: &Findings, text: &Option<Text>, name: &str, why: &str, help: &str) {
+    if let Some(text) = text {
+        dead(found, text.span, &format!("`{name}`"), why, help);
+    }
 }
 
 fn operations(found: &Findings, machine: &raw::Machine, arch: &Arch) {
@@ -87,48 +97,6 @@ fn unused_resources(found: &Findings, machine: &raw::Machine, arch: &Arch) {
     }
 }
 
-fn memories(found: &Findings, system: &raw::System, arch: &Arch) {
-    let sram = system.sram.as_ref().map(|sram| &sram.value);
-    if let (Some(sram), None) = (sram, arch.system.sram_banks) {
-        for (name, text) in [("width", &sram.width), ("shared", &sram.shared)] {
-            if let Some(text) = text {
-                let what = format!("`{name}` of `<sram>`");
-                let help = "give the SRAM `banks`";
-                dead(found, text.span, &what, "it has no banks", help);
-            }
-        }
-    }
-    let timing = (system.dram.as_ref()).and_then(|dram| dram.value.timing.as_ref());
-    let rfc = timing.and_then(|timing| timing.value.rfc.as_ref());
-    if let (Some(rfc), DramModel::Banked(banked)) = (rfc, &arch.system.dram.model)
-        && banked.timing.refi == 0
-    {
-        let why = "with `refi` 0 the memory is never refreshed";
-        dead(found, rfc.span, "`rfc`", why, "give `refi`, or a preset");
-    }
-}
-
-fn tni(found: &Findings, system: &raw::System, arch: &Arch) {
-    let Some(Spanned { value: raw, .. }) = &system.tni else {
-        return;
-    };
-    let tni = &arch.system.tni;
-    let least = tni.node_format.bytes();
-    let named = |text: &&Text| tni.node_format != NodeFormat::F32 && !text.value.is_empty();
-    if let (Some(format), Some(bytes)) = (raw.node_format.as_ref().filter(named), &raw.node_bytes)
-        && tni.node_bytes > least
-    {
-        let message = format!(
-            "nodes of `{}` take {least} bytes, and `node-bytes` says {}",
-            tni.node_format.name(),
-            tni.node_bytes
-        );
-        let warning = found.warning("A0702", bytes.span, message, "keeps them as large");
-        let also = warning.also(format.span, "the format");
-        found.push(also.help("leave `node-bytes` out"));
-    }
-}
-
 /// Clocks at which registers leave no time for logic.
 fn clocks(found: &Findings, machine: &raw::Machine, at: Span, arch: &Arch) {
     let raw = machine.system.as_ref().map(|system| &system.value);
@@ -161,34 +129,5 @@ fn clocks(found: &Findings, machine: &raw::Machine, at: Span, arch: &Arch) {
         found.push(warning.help(
             "lower the clock, or give the `fo4-ps` of a quicker technology to `<system>`: 25 is 65 nm, 12 about 28 nm",
         ));
-    }
-}
-
-/// Operators that would have to be quicker than a synthesis makes them.
-fn haste(found: &Findings, machine: &raw::Machine, at: Span, arch: &Arch) {
-    let hasty = |how: &&FuOp| how.given[0] && chip::haste(how, arch) > MOST_HASTE;
-    let ops = arch.srp.fus.values().flat_map(|fu| &fu.ops);
-    let mut hasty: Vec<&FuOp> = ops.filter(hasty).collect();
-    hasty.sort_by_key(|how| (how.class, how.latency));
-    hasty.dedup_by_key(|how| how.class);
-    for how in hasty {
-        let raw = machine.op.iter().find(|op| {
-            let class = op.class.as_ref().and_then(|text| Class::parse(text));
-            class == Some(how.class)
-        });
-        let text = raw.and_then(|op| op.latency.as_ref());
-        let message = format!(
-            "an operation of class `{}` passes {:.1} times as much logic as fits in its {} at {} MHz",
-            how.class,
-            chip::haste(how, arch),
-            match how.latency {
-                1 => "cycle".to_owned(),
-                n => format!("{n} cycles"),
-            },
-            arch.system.srp_mhz
-        );
-        let span = text.map_or(at, |text| text.span);
-        let warning = found.warning("A0704", span, message, "quicker than the technology");
-        found.push(warning.help("leave `latency` out: it then follows from the clock"));
     }
 }
