@@ -187,7 +187,12 @@ fn pipelines_follow_from_the_clock() {
         assert!(all[0] < all[1] && all[1] < all[2], "{op}: {all:?}");
     }
     assert_eq!(cycles(&quick, Opcode::Add).0, 2);
-    assert!(area(&slow) != area(&base) && area(&base) < area(&quick));
+    assert!(area(&slow) < area(&base) && area(&base) < area(&quick));
+    // As many rows, each passed as often, at any clock.
+    for arch in [&slow, &base, &quick] {
+        let intervals = [Opcode::Rcp, Opcode::Div, Opcode::Fdiv].map(|op| cycles(arch, op).1);
+        assert_eq!(intervals, [2, 4, 4]);
+    }
     // Gates that are twice as quick at twice the clock are the same.
     let shrunk = machine(
         "",
@@ -211,6 +216,13 @@ fn pipelines_follow_from_the_clock() {
     let hasty = of("fma", "latency=\"1\"");
     assert!(area(&hasty) > area(&base));
     assert!(energy(&hasty, Opcode::Fma) > energy(&base, Opcode::Fma));
+    // The cycle of unpacking is none of the adder's, and the address of a load is a sum.
+    assert!(area(&of("fadd", "latency=\"2\"")) > area(&base));
+    let load = "<op class=\"load\" uses=\"sram_port\"/>";
+    let quick_load = "<op class=\"load\" latency=\"2\" uses=\"sram_port\"/>";
+    assert!(area(&machine("", &[(load, quick_load)])) > area(&base));
+    // A branch costs its delay and nothing else.
+    assert_eq!(area(&of("branch", "latency=\"4\"")), area(&base));
     // An interval makes smaller what is used again.
     for class in ["imul", "sfu", "fdiv", "idiv"] {
         let [often, seldom] = ["interval=\"1\"", "interval=\"6\""].map(|i| area(&of(class, i)));

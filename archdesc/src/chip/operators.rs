@@ -154,14 +154,14 @@ pub(super) fn arithmetic(fu: &FuSpec, arch: &Arch) -> Arithmetic {
     let mut widest = Operators::default();
     let (mut divisions, mut filters, mut um2) = (0, 0, 0.0);
     let [mut adds, mut muls, mut ints, mut imuls] = [Use::NONE; 4];
-    // Of floats, integers, integer products, memory, all others: each has its own pipeline.
+    // Of floats, integers, integer products, memory, all others: each has its own pipeline, whose registers all classes of the
+    // kind pass. One class that is as deep as it is priced keeps them for those that could do with fewer.
     let mut deeper: [Option<f64>; 5] = [None; 5];
     for how in &fu.ops {
         let class = how.class;
         let needed = operators(class);
         widest = widest.merged(needed, u32::max);
         let (depth, digits) = pipeline(how, arch);
-        // Addresses are sums, and the rest of an access is not of their adder.
         let integers = match class {
             Class::Alu | Class::Valu => needed.int,
             _ => 0,
@@ -176,9 +176,14 @@ pub(super) fn arithmetic(fu: &FuSpec, arch: &Arch) -> Arithmetic {
             operator.by(depth);
         }
         let registers = depth.registers_um2(stage_bits(class, digits));
-        let kind = &mut deeper[kind(class)];
-        *kind = Some(kind.map_or(registers, |most: f64| most.max(registers)));
+        if let Some(kind) = kind(class).map(|kind| &mut deeper[kind]) {
+            *kind = Some(kind.map_or(registers, |most: f64| most.max(registers)));
+        }
         match class {
+            // Of an access's haste the sum of its address has a price; a bank is as it is.
+            Class::Load | Class::Store | Class::Cstore => {
+                um2 += (depth.area() - 1.0) * integer_add(32).area_um2;
+            }
             Class::Cvt => um2 += convert().area_um2 * depth.area(),
             Class::Idiv => {
                 divisions += 1;
@@ -236,24 +241,24 @@ fn digits(fu: &FuSpec, arch: &Arch) -> (u32, u32) {
     )
 }
 
-/// The pipeline that a class shares with others, by its number.
-fn kind(class: Class) -> usize {
+/// The pipeline that a class shares with others, by its number. A branch has no result to keep.
+fn kind(class: Class) -> Option<usize> {
     use Class::*;
     match class {
-        Fadd | Fmul | Fma | Vfadd | Vfmul | Vfma | Vdot => 0,
-        Alu | Valu | Pred | Lane | Branch | Io => 1,
-        Imul | Vmul => 2,
-        Load | Store | Cload | Cstore | Tex => 3,
-        Idiv | Fdiv | Sfu | Fast | Cvt | Pair | Vpair => 4,
+        Fadd | Fmul | Fma | Vfadd | Vfmul | Vfma | Vdot => Some(0),
+        Alu | Valu | Pred | Lane | Io => Some(1),
+        Imul | Vmul => Some(2),
+        Load | Store | Cload | Cstore | Tex => Some(3),
+        Idiv | Fdiv | Sfu | Fast | Cvt | Pair | Vpair => Some(4),
+        Branch => None,
     }
 }
 
-/// Area of a divider of integers, µm²: a subtraction for each digit of a cycle, for each of the operations that are in it
-/// at once, and registers.
+/// Area of a divider of integers, µm²: a subtraction for each digit of a cycle, so many that an operation is through in time
+/// and lets the next one in, and registers.
 fn divider_area(how: &FuOp) -> f64 {
-    let digits = 32.0 / f64::from(how.latency);
-    let at_once = f64::from(how.latency.div_ceil(how.interval));
-    integer_add(32).area_um2 * digits * at_once + registers(4 * 32).area_um2
+    let digits = 32.0 / f64::from(how.latency.min(how.interval));
+    integer_add(32).area_um2 * digits + registers(4 * 32).area_um2
 }
 
 /// Area of what computes with two halves at once, µm²: multiply-adders and comparators of 11 bits, and what turns

@@ -31,10 +31,23 @@ struct Way {
     /// Cycles around it: operands of floats are unpacked and aligned with each other, and data of memories with their
     /// registers.
     around: u32,
-    /// Cycles from issue to issue for one through the operator, as a part of those through it.
-    interval: f64,
+    /// Cycles from issue to issue: how often an operation passes the rows of its unit.
+    interval: u32,
     /// True if the delay is that of an operator, and not a time that caches and functions take, however they are built.
     is_operator: bool,
+}
+
+impl Way {
+    /// How many times more of this way, with a part of its operator's delay, lies in so few cycles than fits.
+    fn haste(&self, part: f64, latency: u32, mhz: u32) -> f64 {
+        let (fo4, cycle) = (self.fo4 * part, usable_fo4(mhz));
+        let around = f64::from(self.around) * usable_fo4(PRICED_MHZ);
+        match latency.saturating_sub(self.around) {
+            // No cycle is left for the operator alone.
+            0 => (fo4 + around) / (f64::from(latency) * cycle),
+            own => fo4 / (f64::from(own) * cycle),
+        }
+    }
 }
 
 fn way(class: Class) -> Way {
@@ -42,11 +55,11 @@ fn way(class: Class) -> Way {
     let once = |fo4: f64, around| Way {
         fo4,
         around,
-        interval: 0.0,
+        interval: 1,
         is_operator: true,
     };
-    // So many cycles of 1 GHz, and that part of them from issue to issue.
-    let long = |cycles: u32, interval: f64| Way {
+    // So many cycles of 1 GHz.
+    let long = |cycles: u32, interval: u32| Way {
         fo4: f64::from(cycles) * usable_fo4(PRICED_MHZ),
         around: 0,
         interval,
@@ -69,20 +82,20 @@ fn way(class: Class) -> Way {
         Pair | Vpair => once(float_fma(Format::HALF.significand).fo4, 0),
         // An address, and a bank of 15 KB.
         Load => once(adder + access_fo4(15.0 * 8192.0), 1),
-        Cload => long(4, 0.0),
-        Tex => long(12, 0.0),
-        Idiv | Fdiv => long(12, 1.0 / 3.0),
-        Sfu | Fast => long(8, 0.25),
+        Cload => long(4, 1),
+        Tex => long(12, 1),
+        Idiv | Fdiv => long(12, 4),
+        Sfu | Fast => long(8, 2),
     }
 }
 
-/// The cycles of a class at a clock where nothing gives them, latency and interval.
+/// The cycles of a class at a clock where nothing gives them, latency and interval. A unit has as many rows at any clock,
+/// which an operation passes as often, a cycle each at least.
 pub fn natural(class: Class, mhz: u32) -> (u32, u32) {
     const MOST: u32 = 64;
     let way = way(class);
-    let through = cycles(way.fo4, mhz);
-    let interval = (f64::from(through) * way.interval).ceil() as u32;
-    ((through + way.around).min(MOST), interval.clamp(1, MOST))
+    let latency = cycles(way.fo4, mhz) + way.around;
+    (latency.clamp(way.interval, MOST), way.interval)
 }
 
 /// The cycles of an operator that a unit has, beside those with which it is priced.
@@ -108,11 +121,10 @@ impl Depth {
         let in_flight = |latency: u32, interval: u32| latency.div_ceil(interval) as i32;
         let narrower = f64::from(operator::cycles_in(digits, class, 64)) / 64.0;
         let way = way(class);
-        let fits = f64::from(latency) * usable_fo4(mhz);
-        let haste = if way.is_operator {
-            way.fo4 * narrower / fits
-        } else {
-            1.0
+        let follows = operator::cycles_in(digits, class, natural(class, mhz).0);
+        let haste = match way.is_operator && latency < follows {
+            true => way.haste(narrower, latency, mhz),
+            false => 1.0,
         };
         Depth {
             haste: haste.max(1.0),
@@ -190,6 +202,33 @@ mod tests {
             assert!(deeper.stages >= 1, "{class}");
             let quicker = Depth::of(class, (latency, interval), SINGLE, 5 * PRICED_MHZ / 2);
             assert_eq!(quicker.haste > 1.0, way(class).is_operator, "{class}");
+        }
+    }
+
+    #[test]
+    fn cycles_around_an_operator_are_not_its_own() {
+        let haste = |class, latency| Depth::of(class, (latency, 1), SINGLE, PRICED_MHZ).haste;
+        // 52 FO4 of a sum in the one cycle that unpacking leaves of two, and with it in one.
+        let sum = float_add(SINGLE).fo4;
+        assert_eq!(haste(Class::Fadd, 3), 1.0);
+        assert_eq!(haste(Class::Fadd, 2), sum / 32.0);
+        assert_eq!(haste(Class::Fadd, 1), (sum + 32.0) / 32.0);
+        assert!(haste(Class::Load, 2) > 1.8 && haste(Class::Load, 2) < MOST_HASTE);
+    }
+
+    #[test]
+    fn what_follows_from_the_clock_has_no_haste_and_all_rows() {
+        for &class in Class::ALL {
+            let rows = natural(class, PRICED_MHZ).1;
+            for mhz in [45, 250, 500, 800, 1000, 1600, 2500] {
+                let (latency, interval) = natural(class, mhz);
+                assert!(interval == rows && latency >= rows, "{class} {mhz}");
+                for digits in [3, 8, 11, SINGLE] {
+                    let cycles = (operator::cycles_in(digits, class, latency), interval);
+                    let depth = Depth::of(class, cycles, digits, mhz);
+                    assert_eq!(depth.haste, 1.0, "{class} {digits} {mhz}");
+                }
+            }
         }
     }
 }
