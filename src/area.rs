@@ -157,7 +157,7 @@ impl Document {
             chip: Chip::of(arch),
             srp: chip::srp(arch),
             special: specials.map(|s| (s.name(), arch.special_unit(s))).collect(),
-            tni: area::area(tni, &arch.system.buffers),
+            tni: area::area(tni, &arch.system.buffers, arch.system.tni_mhz_at_65nm()),
             parallel_mm2: form(arch, Pipeline::Parallel),
             single_mm2: form(arch, Pipeline::Single),
             energy_nj: OperationEnergy {
@@ -177,12 +177,12 @@ fn form(arch: &Arch, pipeline: Pipeline) -> f64 {
         pipeline,
         ..arch.system.tni
     };
-    area::area(&tni, &arch.system.buffers).total
+    area::area(&tni, &arch.system.buffers, arch.system.tni_mhz_at_65nm()).total
 }
 
 fn write_area(out: &mut String, arch: &Arch) -> std::fmt::Result {
     let tni = &arch.system.tni;
-    let costs = area::area(tni, &arch.system.buffers);
+    let costs = area::area(tni, &arch.system.buffers, arch.system.tni_mhz_at_65nm());
     writeln!(out, "T&I unit of `{}`, 65 nm", arch.name)?;
     complexity(out, tni, &costs)?;
     items(out, &costs)?;
@@ -341,7 +341,7 @@ fn tests(out: &mut String, arch: &Arch) -> std::fmt::Result {
             o.mul,
             o.rcp,
             o.cmp,
-            area::area(&tni, &arch.system.buffers).total,
+            area::area(&tni, &arch.system.buffers, arch.system.tni_mhz_at_65nm()).total,
             area::triangle_energy(&tni)
         )?;
     }

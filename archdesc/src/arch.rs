@@ -4,7 +4,7 @@
 use crate::cost::operator;
 use crate::cost::pipeline;
 use crate::cost::special::{self as cost, Builds};
-use crate::datapath::RCP_LATENCY;
+use crate::datapath::rcp_depth;
 use crate::entity;
 use crate::entity::EntityMap;
 use crate::isa::{Class, Opcode, Ty};
@@ -385,7 +385,7 @@ impl Arch {
         let mhz = self.system.tni_mhz_at_65nm();
         let tni = &mut self.system.tni;
         let unit = cost::unit(Special::Rcp, tni.rcp, &tni.rcp_build, mhz);
-        let rcp = unit.latency.unwrap_or(RCP_LATENCY);
+        let rcp = unit.latency.unwrap_or_else(|| rcp_depth(mhz));
         tni.ist_latency = (tni.ist_latency + rcp)
             .saturating_sub(tni.rcp_latency)
             .max(1);

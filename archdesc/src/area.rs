@@ -9,8 +9,10 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::cost::pipeline::haste_area;
 use crate::cost::special::{self as cost, Build};
 use crate::datapath::{BOX_TEST, Operations};
+use crate::haste::{Haste, OperatorHaste};
 use crate::precision::Approx;
 use crate::structure::Special;
 use crate::system::{BufferSpec, CacheSpec, Pipeline, TniSpec};
@@ -149,8 +151,8 @@ pub fn triangle_energy(tni: &TniSpec) -> f64 {
     operations_energy(others) + f64::from(operations.rcp) * rcp
 }
 
-/// Returns the parts of a machine's T&I unit.
-pub fn area(tni: &TniSpec, buffers: &BufferSpec) -> Area {
+/// Returns the parts of a machine's T&I unit at a clock, in the gates of 65 nm.
+pub fn area(tni: &TniSpec, buffers: &BufferSpec, mhz: u32) -> Area {
     let trv = Complexity {
         operations: BOX_TEST.times(tni.trvs * tni.aabbs),
         registers: tni.trvs * trv_registers(tni, buffers),
@@ -163,7 +165,7 @@ pub fn area(tni: &TniSpec, buffers: &BufferSpec) -> Area {
         level1: tni.ists * tni.ist_l1.bytes,
         level2: 0,
     };
-    let items = items(tni, trv, ist);
+    let items = items(tni, &Haste::of(tni, mhz), trv, ist);
     let total = items.iter().map(|item| item.total).sum();
     Area {
         trv,
@@ -173,20 +175,60 @@ pub fn area(tni: &TniSpec, buffers: &BufferSpec) -> Area {
     }
 }
 
-fn items(tni: &TniSpec, trv: Complexity, ist: Complexity) -> Vec<Item> {
+/// How much larger operators of a kind are by haste, in the mean of both tests.
+fn larger(haste: &Haste, of: fn(&OperatorHaste) -> f64, [boxes, triangles]: [u32; 2]) -> f64 {
+    let [boxes, triangles] = [boxes, triangles].map(f64::from);
+    let all = boxes * haste_area(of(&haste.aabb)) + triangles * haste_area(of(&haste.ist));
+    match boxes + triangles {
+        0.0 => 1.0,
+        number => all / number,
+    }
+}
+
+fn items(tni: &TniSpec, haste: &Haste, trv: Complexity, ist: Complexity) -> Vec<Item> {
     let item = |name, unit: f64, count: u32| Item {
         name,
         unit: Some(unit),
         count,
         total: unit * f64::from(count),
     };
-    let all = trv.operations.plus(ist.operations);
+    let (boxes, triangles) = (trv.operations, ist.operations);
+    let operator = |name, unit: f64, of: fn(&OperatorHaste) -> f64, both: [u32; 2]| {
+        let count = both.iter().sum();
+        item(name, unit * larger(haste, of, both), count)
+    };
+    // Addresses of nodes are summed in TRV_PRE.
+    let addresses = [tni.trvs, tni.ists].map(|units| INT_ADDERS * units);
+    let pre = Haste {
+        aabb: OperatorHaste::all(haste.pre),
+        ist: OperatorHaste::all(1.0),
+        ..*haste
+    };
     let mut items = vec![
-        item("FP adder", FP_ADD, all.add),
-        item("FP multiplier", FP_MUL, all.mul),
-        item("FP reciprocal", rcp_area(tni), all.rcp),
-        item("FP comparator", FP_CMP, all.cmp),
-        item("integer adder", INT_ADD, INT_ADDERS * (tni.trvs + tni.ists)),
+        operator("FP adder", FP_ADD, |h| h.add, [boxes.add, triangles.add]),
+        operator(
+            "FP multiplier",
+            FP_MUL,
+            |h| h.mul,
+            [boxes.mul, triangles.mul],
+        ),
+        operator(
+            "FP reciprocal",
+            rcp_area(tni),
+            |h| h.rcp,
+            [boxes.rcp, triangles.rcp],
+        ),
+        operator(
+            "FP comparator",
+            FP_CMP,
+            |h| h.cmp,
+            [boxes.cmp, triangles.cmp],
+        ),
+        item(
+            "integer adder",
+            INT_ADD * larger(&pre, |h| h.add, addresses),
+            addresses.iter().sum(),
+        ),
     ];
     let sum = |items: &[Item]| items.iter().map(|item| item.total).sum::<f64>();
     items.push(Item {
@@ -268,7 +310,7 @@ mod tests {
     fn the_papers_machine_has_about_the_papers_area() {
         let mut system = machine();
         system.tni.intersection = Intersection::Wald;
-        let parallel = area(&system.tni, &system.buffers);
+        let parallel = area(&system.tni, &system.buffers, 500);
         let sum = parallel.trv.operations.plus(parallel.ist.operations);
         assert_eq!((sum.add, sum.mul, sum.rcp, sum.cmp), (36, 34, 1, 49));
         assert!(
@@ -277,7 +319,7 @@ mod tests {
             parallel.total
         );
         system.tni.pipeline = Pipeline::Single;
-        let single = area(&system.tni, &system.buffers);
+        let single = area(&system.tni, &system.buffers, 500);
         assert!(single.total < parallel.total);
         assert!((single.total / 3.28 - 1.0).abs() < 0.03, "{}", single.total);
     }
@@ -297,7 +339,7 @@ mod tests {
         let of = |test: Intersection| {
             let mut system = machine();
             system.tni.intersection = test;
-            area(&system.tni, &system.buffers).total
+            area(&system.tni, &system.buffers, 500).total
         };
         let [wald, anchor, scaled, woop] = Intersection::ALL.map(of);
         assert_eq!(wald, anchor);

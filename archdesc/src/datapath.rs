@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::cost::cycles;
 use crate::cost::memory::access_fo4;
 use crate::cost::operator::{SINGLE, compare, float_add, float_mul, integer_add};
+use crate::haste::exact_rcp_fo4;
 use crate::precision::Approx;
 use crate::system::{GivenLatencies, TniSpec};
 
@@ -100,8 +101,18 @@ pub fn fetch_depth(mhz: u32) -> u32 {
 /// Cycles through TRV_POST at a clock: the distances of the children are compared, and the farther one is pushed on
 /// the ray's stack or the top one read from it.
 pub fn stack_depth(mhz: u32, tni: &TniSpec) -> u32 {
-    let bits = f64::from(tni.stacks * tni.stack_depth * STACK_ENTRY_BITS);
-    cycles(compare(32).fo4, mhz) + cycles(access_fo4(bits), mhz)
+    cycles(compare(32).fo4, mhz) + cycles(access_fo4(stack_bits(tni)), mhz)
+}
+
+/// Bits of the stacks of a traversal unit.
+pub(crate) fn stack_bits(tni: &TniSpec) -> f64 {
+    f64::from(tni.stacks * tni.stack_depth * STACK_ENTRY_BITS)
+}
+
+/// Cycles through the reciprocal at a clock where the machine does not say how it is made: SimTRaX's, and more where the
+/// clock is quicker than that one's.
+pub fn rcp_depth(mhz: u32) -> u32 {
+    cycles(exact_rcp_fo4(), mhz).max(RCP_LATENCY)
 }
 
 /// Bits of an entry of a stack: a node's address, and how far its box is.
@@ -188,7 +199,7 @@ const CALIBRATED: FpLatency = FpLatency {
     rcp: RCP_LATENCY,
 };
 
-/// Cycles through a reciprocal where the machine does not say how it is made: SimTRaX's.
+/// Cycles through a reciprocal where the machine does not say how it is made: SimTRaX's, at 1 GHz.
 pub const RCP_LATENCY: u32 = 16;
 
 /// Depth of TRV_PRE and TRV_POST with them, and of a triangle test with such a reciprocal.

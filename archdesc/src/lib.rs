@@ -29,6 +29,7 @@ pub mod diagnostic;
 pub mod dram;
 pub mod entity;
 pub mod format;
+pub mod haste;
 pub mod isa;
 pub mod machines;
 pub mod nearest;

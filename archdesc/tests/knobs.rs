@@ -312,3 +312,36 @@ fn ports_of_memories_take_area() {
     };
     assert!(cache("1") > 0.0 && cache("1") <= cache("2"));
 }
+
+/// Latencies of the T&I unit that are shorter than its operators' delays make these larger, and so does its clock.
+#[test]
+fn haste_of_the_unit_takes_area() {
+    let unit = |edits: &[(&str, &str)]| chip::Chip::of(&machine("", edits)).tni_mm2;
+    let base = unit(&[]);
+    let latency = |attribute: &str| unit(&[("<tni ", &format!("<tni {attribute} "))]);
+    assert!(latency("aabb-latency=\"1\"") > base && latency("ist-latency=\"8\"") > base);
+    // What fits has fewer registers and no larger operators.
+    assert!(latency("aabb-latency=\"6\"") < base && latency("ist-latency=\"26\"") < base);
+    let clock = |mhz: &str, latencies: &str| {
+        let mhz = format!("tni-mhz=\"{mhz}\"");
+        let latencies = ("latencies=\"calibrated\"", latencies);
+        unit(&[("tni-mhz=\"500\"", &mhz), latencies])
+    };
+    let calibrated = ["500", "1000", "2000"].map(|mhz| clock(mhz, "latencies=\"calibrated\""));
+    assert!(calibrated[0] == base && calibrated[1] == base && calibrated[2] > base);
+    let following = ["500", "1000", "2000"].map(|mhz| clock(mhz, ""));
+    assert!(following.is_sorted(), "{following:?}");
+    let operators = |fp: &str| {
+        let fp = format!("<fp {fp}/>\n      <trv-l1 ");
+        let clock = ("tni-mhz=\"500\"", "tni-mhz=\"1000\"");
+        unit(&[clock, ("<trv-l1 ", &fp)])
+    };
+    let natural = operators("add=\"2\" mul=\"2\" cmp=\"1\" rcp=\"16\"");
+    for hasty in [
+        "add=\"1\" mul=\"2\" cmp=\"1\" rcp=\"16\"",
+        "add=\"2\" mul=\"1\" cmp=\"1\" rcp=\"16\"",
+        "add=\"2\" mul=\"2\" cmp=\"1\" rcp=\"8\"",
+    ] {
+        assert!(operators(hasty) > natural, "{hasty}");
+    }
+}

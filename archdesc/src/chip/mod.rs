@@ -465,7 +465,8 @@ impl Chip {
     /// The chip of a machine.
     pub fn of(arch: &Arch) -> Chip {
         let srp_mm2 = srp(arch).total_mm2;
-        let tni_mm2 = area(&arch.system.tni, &arch.system.buffers).total;
+        let system = &arch.system;
+        let tni_mm2 = area(&system.tni, &system.buffers, system.tni_mhz_at_65nm()).total;
         let bus_mm2 = bus_area(arch);
         let cores = arch.system.cores;
         let total_mm2 = f64::from(cores) * (srp_mm2 + tni_mm2) + bus_mm2;

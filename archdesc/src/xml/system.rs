@@ -11,7 +11,7 @@ use super::values;
 use crate::arch::Arch;
 use crate::cost::FO4_PS;
 use crate::cost::special::{self as cost, Build};
-use crate::datapath::{FpLatency, Intersection, Latencies, RCP_LATENCY};
+use crate::datapath::{FpLatency, Intersection, Latencies, RCP_LATENCY, rcp_depth};
 use crate::isa::Class;
 use crate::precision::Approx;
 use crate::structure::Special;
@@ -262,6 +262,7 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, mhz: u32, default: Tni
     ];
     let Some(raw) = raw else {
         let mut tni = default;
+        tni.rcp_latency = rcp_depth(mhz);
         tni.derive_latencies(mhz);
         return tni;
     };
@@ -275,7 +276,7 @@ fn tni(found: &Findings, raw: &Option<Spanned<raw::Tni>>, mhz: u32, default: Tni
         .unwrap_or(default.node_format);
     let (rcp, rcp_build) = special::tni_rcp(found, &raw.special, mhz);
     let unit = cost::unit(Special::Rcp, rcp, &rcp_build, mhz);
-    let rcp_latency = unit.latency.unwrap_or(default.rcp_latency);
+    let rcp_latency = unit.latency.unwrap_or_else(|| rcp_depth(mhz));
     let rcp_interval = unit.interval.unwrap_or(default.rcp_interval);
     let mut default = TniSpec {
         intersection,

@@ -347,7 +347,8 @@ fn costs(report: &Report, program: &ScheduledDre, arch: &Arch, base: &Arch) -> C
     let memory = &report.dram.counters;
     let moved = memory.bytes_read + memory.bytes_written;
     let cores = f64::from(arch.system.cores);
-    let unit = area::area(&arch.system.tni, &arch.system.buffers).total;
+    let system = &arch.system;
+    let unit = area::area(&system.tni, &system.buffers, system.tni_mhz_at_65nm()).total;
     Costs {
         ii: program.kernels.values().map(ii).collect(),
         srp_cycles: report.cores.iter().map(working).sum(),

@@ -173,7 +173,7 @@ pub fn measure(
             .map(|(test, system)| Test {
                 name: test.name().to_owned(),
                 operations: test.operations(system.tni.rcp),
-                mm2: area::area(&system.tni, &system.buffers).total,
+                mm2: area::area(&system.tni, &system.buffers, system.tni_mhz_at_65nm()).total,
             })
             .collect(),
         others: others.iter().map(|other| other.name.clone()).collect(),
