@@ -116,6 +116,12 @@ impl CacheSpec {
     }
 }
 
+/// Bytes of a ray as kernels write it and the T&I unit reads it.
+pub const RAY_BYTES: u32 = 64;
+
+/// Bytes of a hit as the T&I unit writes it and kernels read it.
+pub const HIT_BYTES: u32 = 24;
+
 /// Ray and hit buffers (SGRT section 3.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BufferSpec {
@@ -125,9 +131,9 @@ pub struct BufferSpec {
     pub ray_buffers: u32,
     /// Hit buffers.
     pub hit_buffers: u32,
-    /// Bytes of a ray.
+    /// Bytes of a ray, [`RAY_BYTES`].
     pub ray_bytes: u32,
-    /// Bytes of a hit.
+    /// Bytes of a hit, [`HIT_BYTES`].
     pub hit_bytes: u32,
 }
 

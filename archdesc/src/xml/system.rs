@@ -16,8 +16,8 @@ use crate::isa::Class;
 use crate::precision::Approx;
 use crate::structure::Special;
 use crate::system::{
-    BankSpec, BufferSpec, BusSpec, CacheSpec, GivenLatencies, NodeFormat, Pipeline, SystemSpec,
-    TniSpec,
+    BankSpec, BufferSpec, BusSpec, CacheSpec, GivenLatencies, HIT_BYTES, NodeFormat, Pipeline,
+    RAY_BYTES, SystemSpec, TniSpec,
 };
 
 /// The system of the SGRT paper: its section 4.1, and where it is silent the assumptions that
@@ -41,8 +41,8 @@ fn default() -> SystemSpec {
             rays: 64,
             ray_buffers: 3,
             hit_buffers: 2,
-            ray_bytes: 64,
-            hit_bytes: 24,
+            ray_bytes: RAY_BYTES,
+            hit_bytes: HIT_BYTES,
         },
         tni: TniSpec {
             trvs: 4,
@@ -182,14 +182,27 @@ fn buffers(
         return default;
     };
     let number = |text, limit, default| values::number(found, text, limit, default);
-    let words = |text, limit, default| multiple(found, text, limit, 4, default);
     BufferSpec {
         rays: number(&raw.rays, limits::RAYS, default.rays),
         ray_buffers: number(&raw.ray_buffers, limits::RAY_BUFFERS, default.ray_buffers),
         hit_buffers: number(&raw.hit_buffers, limits::HIT_BUFFERS, default.hit_buffers),
-        ray_bytes: words(&raw.ray_bytes, limits::RAY_BYTES, default.ray_bytes),
-        hit_bytes: words(&raw.hit_bytes, limits::HIT_BYTES, default.hit_bytes),
+        ray_bytes: agreed(found, &raw.ray_bytes, limits::RAY_BYTES, RAY_BYTES),
+        hit_bytes: agreed(found, &raw.hit_bytes, limits::HIT_BYTES, HIT_BYTES),
     }
+}
+
+/// A size that kernels and T&I unit agree on.
+fn agreed(found: &Findings, text: &Option<Text>, limit: Limit, size: u32) -> u32 {
+    let bytes = values::number(found, text, limit, size);
+    if let Some(text) = text.as_ref().filter(|_| bytes != size) {
+        let message = format!(
+            "`{}` is {size}: kernels and T&I unit know no other size",
+            limit.name
+        );
+        let error = found.error("A0611", text.span, message, "nothing runs on it");
+        found.push(error.help("leave it out"));
+    }
+    size
 }
 
 /// Checks that schedules give the SRP's caches their time.
@@ -233,7 +246,7 @@ pub(super) fn hits_in_time(found: &Findings, raw: &Option<Spanned<raw::System>>,
     }
 }
 
-/// Checks that ray and hit buffers fit into the SRAM, where they lie.
+/// Checks that ray and hit buffers, which lie in the SRAM, have room there.
 fn buffers_fit(found: &Findings, raw: &Spanned<raw::System>, system: &SystemSpec) {
     let b = &system.buffers;
     let packet = u64::from(b.ray_buffers) * u64::from(b.ray_bytes)

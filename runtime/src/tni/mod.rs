@@ -56,11 +56,7 @@ pub use untimed::{RayCounts, Untimed};
 pub use walk::StackCounters;
 pub use warm::{Misses, WarmCaches};
 
-/// Bytes of a ray that the unit reads.
-pub const RAY_BYTES: u32 = 64;
-
-/// Bytes of a hit that the unit writes.
-pub const HIT_BYTES: u32 = 24;
+pub use srp_archdesc::system::{HIT_BYTES, RAY_BYTES};
 
 /// Number of a resident ray: traversal unit times stacks, plus stack.
 type Slot = u16;
