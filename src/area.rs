@@ -74,8 +74,8 @@ fn write_chip(out: &mut String, arch: &Arch) -> std::fmt::Result {
     }
     writeln!(
         out,
-        "The paper's figures are not used. Not counted: ports of the texture cache beyond one,\n\
-         banks and outstanding misses of blocking caches, control of several pipelines of a kind,\n\
+        "The paper's figures are not used. Not counted: banks of caches, outstanding misses of\n\
+         those that block and of the T&I unit's, control of several pipelines of a kind,\n\
          memory controller, pads, and what a floor plan leaves empty. `docs/costs.md` says where the deviation comes from"
     )
 }

@@ -9,6 +9,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::cost::cache::ways_area;
+use crate::cost::memory::ports_factor;
 use crate::cost::pipeline::haste_area;
 use crate::cost::special::{self as cost, Build};
 use crate::datapath::{BOX_TEST, Operations};
@@ -91,6 +93,18 @@ pub fn cache_area(bytes: u32) -> f64 {
     let power = (more / area).ln() / (larger / size).ln();
     area * (f64::from(bytes) / 1024.0 / size).powf(power)
 }
+
+/// Area in mm² of a cache with its ways, of which so many are usual for its kind and the curve is of these, and with ports of
+/// so many bits.
+pub fn cache_area_of(cache: &CacheSpec, usual: u32, read: u32, ports: u32) -> f64 {
+    let ways = |ways| ways_area(cache.bytes, cache.line, ways, read);
+    let more = f64::from(ports) * (ways(cache.ways) - ways(usual));
+    cache_area(cache.bytes) * ports_factor(ports) + more * 1e-6
+}
+
+/// Ways of the caches of a machine that does not say: those of its traversal units at both levels, and of its intersection
+/// units.
+const WAYS: [u32; 3] = [2, 2, 4];
 
 /// Bytes between two stages of TRV_PRE: the address of a node and the ray's number; of TRV_AABB: the distances of six
 /// planes; of TRV_POST: two children with their distances.
@@ -238,10 +252,15 @@ fn items(tni: &TniSpec, haste: &Haste, trv: Complexity, ist: Complexity) -> Vec<
         total: CONTROL * sum(&items),
     });
     let registers = (trv.registers + ist.registers).div_ceil(1024);
-    let cache = |name, spec: &CacheSpec, count| item(name, cache_area(spec.bytes), count);
-    items.push(cache("TRV L1", &tni.trv_l1, tni.trvs));
-    items.push(cache("TRV L2", &tni.trv_l2, 1));
-    items.push(cache("IST L1", &tni.ist_l1, tni.ists));
+    for (name, spec, usual, count) in [
+        ("TRV L1", &tni.trv_l1, WAYS[0], tni.trvs),
+        ("TRV L2", &tni.trv_l2, WAYS[1], 1),
+        ("IST L1", &tni.ist_l1, WAYS[2], tni.ists),
+    ] {
+        // A line is read at once.
+        let each = cache_area_of(spec, usual, 8 * spec.line, 1);
+        items.push(item(name, each, count));
+    }
     items.push(item("KiB of registers", RF_4K / 4.0, registers));
     items.push(Item {
         name: "wiring",

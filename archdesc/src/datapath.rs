@@ -7,10 +7,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::cost::cycles;
 use crate::cost::memory::access_fo4;
 use crate::cost::operator::{SINGLE, compare, float_add, float_mul, integer_add};
-use crate::haste::exact_rcp_fo4;
+use crate::cost::{cycles, usable_fo4};
 use crate::precision::Approx;
 use crate::system::{GivenLatencies, TniSpec};
 
@@ -109,6 +108,11 @@ pub(crate) fn stack_bits(tni: &TniSpec) -> f64 {
     f64::from(tni.stacks * tni.stack_depth * STACK_ENTRY_BITS)
 }
 
+/// Delay of a reciprocal of which nothing is said, FO4.
+pub(crate) fn exact_rcp_fo4() -> f64 {
+    f64::from(RCP_LATENCY) * usable_fo4(RCP_MHZ)
+}
+
 /// Cycles through the reciprocal at a clock where the machine does not say how it is made: SimTRaX's, and more where the
 /// clock is quicker than that one's.
 pub fn rcp_depth(mhz: u32) -> u32 {
@@ -199,8 +203,11 @@ const CALIBRATED: FpLatency = FpLatency {
     rcp: RCP_LATENCY,
 };
 
-/// Cycles through a reciprocal where the machine does not say how it is made: SimTRaX's, at 1 GHz.
+/// Cycles through a reciprocal where the machine does not say how it is made: SimTRaX's, at its clock.
 pub const RCP_LATENCY: u32 = 16;
+
+/// That clock.
+const RCP_MHZ: u32 = 1000;
 
 /// Depth of TRV_PRE and TRV_POST with them, and of a triangle test with such a reciprocal.
 const CALIBRATED_PRE: u32 = 6;

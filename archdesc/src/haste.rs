@@ -4,17 +4,9 @@
 use crate::cost::memory::access_fo4;
 use crate::cost::operator::{SINGLE, compare, float_add, float_mul, integer_add};
 use crate::cost::usable_fo4;
-use crate::datapath::{FpLatency, RCP_LATENCY, box_depth, stack_bits};
+use crate::datapath::{FpLatency, box_depth, exact_rcp_fo4, stack_bits};
 use crate::precision::Approx;
 use crate::system::TniSpec;
-
-/// The clock at which a reciprocal of which nothing is said takes [`RCP_LATENCY`].
-const RCP_MHZ: u32 = 1000;
-
-/// Delay of such a reciprocal, FO4.
-pub(crate) fn exact_rcp_fo4() -> f64 {
-    f64::from(RCP_LATENCY) * usable_fo4(RCP_MHZ)
-}
 
 /// Haste of each kind of operator of a test.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -59,6 +59,8 @@ fn edited(from: &str, to: &str) -> String {
 fn what_an_attribute_is_worth_by_itself_is_not_warned_of() {
     for (from, to) in [
         ("stacks=\"16\"", "stacks=\"56\""),
+        // Its links have a delay of 0.
+        ("topology=\"mesh-diagonal\"", "topology=\"none\""),
         // An exact reciprocal has one recurrence with the roots unless it has a number.
         (
             "<op class=\"alu\"/>",

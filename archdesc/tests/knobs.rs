@@ -310,7 +310,36 @@ fn ports_of_memories_take_area() {
         );
         ports(&[edit], "ports of the data cache")
     };
-    assert!(cache("1") > 0.0 && cache("1") <= cache("2"));
+    assert!(cache("1") > 0.0 && cache("1") < cache("2") && cache("2") < cache("4"));
+}
+
+/// Ways of caches, and ports of those of the SRP, take area.
+#[test]
+fn ways_and_ports_of_caches_take_area() {
+    let chip = |edits: &[(&str, &str)]| chip::Chip::of(&machine("", edits)).total_mm2;
+    let base = chip(&[]);
+    for (element, usual) in [
+        ("<data-cache size=\"4K\"", 4),
+        ("<texture-cache size=\"32K\"", 4),
+        ("<trv-l1 size=\"16K\"", 2),
+        ("<trv-l2 size=\"128K\"", 2),
+        ("<ist-l1 size=\"128K\"", 4),
+    ] {
+        let ways = |ways: u32| {
+            let from = format!("{element} ways=\"{usual}\"");
+            chip(&[(&from, &format!("{element} ways=\"{ways}\""))])
+        };
+        assert_eq!(ways(usual), base, "{element}");
+        assert!(
+            ways(1) < base && base < ways(8) && ways(8) < ways(32),
+            "{element}"
+        );
+    }
+    for port in ["cache_port", "texture_port"] {
+        let from = format!("\"{port}\" count=\"1\"");
+        let ports = |count: u32| chip(&[(&from, &format!("\"{port}\" count=\"{count}\""))]);
+        assert!(base < ports(2) && ports(2) < ports(4), "{port}");
+    }
 }
 
 /// Latencies of the T&I unit that are shorter than its operators' delays make these larger, and so does its clock.

@@ -22,19 +22,16 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::arch::{Arch, Fu, FuSpec, Srp, Wire};
-use crate::area::{CONTROL, WIRING, area, cache_area};
+use crate::area::{CONTROL, WIRING, area, cache_area_of};
 use crate::cost::Technology;
 use crate::cost::memory::{REGISTER_BIT, SRAM_BIT, file_area};
-use crate::cost::operator::{integer_add, product_area};
+use crate::cost::operator::{MULTIPLEXER_BIT, integer_add, product_area};
 use crate::entity::EntityMap;
 use crate::isa::{Class, Opcode};
 use crate::precision::Approx;
 use crate::resource::ResourceGraph;
 use crate::structure::{Special, Structure};
 use crate::system::{BankSpec, CacheSpec};
-
-/// Area of an input of a multiplexer beyond its first, µm² a bit: 2.4 gates of 1.44 µm².
-const MULTIPLEXER_BIT: f64 = 3.4;
 
 /// Area of a bit of configuration memory, µm²: each unit has an array of its own, 7500 µm² for 128
 /// contexts of 64 bits.
@@ -255,6 +252,14 @@ fn storage(arch: &Arch) -> Vec<Item> {
         mm2: um2 * 1e-6,
     };
     let kib = |bytes: u32| format!("{} KiB", f64::from(bytes) / 1024.0);
+    let cache = |name, spec: &CacheSpec, ways, ports| Item {
+        name,
+        extent: match ports {
+            1 => kib(spec.bytes),
+            _ => format!("{}, {ports} ports", kib(spec.bytes)),
+        },
+        mm2: cache_area_of(spec, ways, BANKS.width * 8, ports),
+    };
     let misses =
         [system.data_cache, system.texture_cache].map(|cache| (cache.misses, miss_bits(&cache)));
     let late: u32 = misses.iter().map(|(number, bits)| number * bits).sum();
@@ -298,24 +303,17 @@ fn storage(arch: &Arch) -> Vec<Item> {
             kib(system.sram_bytes),
             SRAM_BIT * 8.0 * f64::from(system.sram_bytes),
         ),
-        item(
-            "data cache",
-            kib(system.data_cache.bytes),
-            1e6 * cache_area(system.data_cache.bytes),
-        ),
-        item(
+        cache("data cache", &system.data_cache, WAYS.data, data_ports(srp)),
+        cache(
             "texture cache",
-            kib(system.texture_cache.bytes),
-            1e6 * cache_area(system.texture_cache.bytes),
+            &system.texture_cache,
+            WAYS.texture,
+            Accesses::of(srp, Class::Tex, Class::Tex).ports.max(1),
         ),
     ]);
     items.extend(ports(arch));
-    if let Some(cache) = system.instruction_cache {
-        items.push(item(
-            "instruction cache",
-            kib(cache.bytes),
-            1e6 * cache_area(cache.bytes),
-        ));
+    if let Some(spec) = &system.instruction_cache {
+        items.push(cache("instruction cache", spec, WAYS.instructions, 1));
     }
     if late > 0 {
         let um2 = REGISTER_BIT * f64::from(late);
@@ -328,30 +326,60 @@ fn storage(arch: &Arch) -> Vec<Item> {
     items
 }
 
+/// Ways that caches of the SRP are priced with.
+struct Ways {
+    data: u32,
+    texture: u32,
+    instructions: u32,
+}
+
+/// The ways that a machine has which does not say: their caches lie on the curve.
+const WAYS: Ways = Ways {
+    data: 4,
+    texture: 4,
+    instructions: 2,
+};
+
+/// Accesses to the data cache that begin in a cycle. It has so many ports, for no access waits for another's bank.
+fn data_ports(srp: &Srp) -> u32 {
+    Accesses::of(srp, Class::Cload, Class::Cstore).ports.max(1)
+}
+
 /// The ports of SRAM and data cache.
 fn ports(arch: &Arch) -> [Item; 2] {
     let cache = BankSpec {
-        count: arch.system.data_cache.banks,
+        count: data_ports(&arch.srp),
         width: BANKS.width,
         shared: false,
     };
     let sram = arch.system.sram_banks.unwrap_or(BANKS);
-    let item = |name, load, store, banks: BankSpec| {
+    let places = match cache.count {
+        1 => cache.to_string(),
+        n => format!("{n} ports of {} bytes", cache.width),
+    };
+    let item = |name, load, store, banks: BankSpec, places: String| {
         let accesses = Accesses::of(&arch.srp, load, store);
         let (inputs, um2) = accesses.choices(banks);
         Item {
             name,
-            extent: format!("{} to {banks}, {inputs} inputs", accesses.ports),
+            extent: format!("{} to {places}, {inputs} inputs", accesses.ports),
             mm2: um2 * 1e-6,
         }
     };
     [
-        item("ports of the SRAM", Class::Load, Class::Store, sram),
+        item(
+            "ports of the SRAM",
+            Class::Load,
+            Class::Store,
+            sram,
+            sram.to_string(),
+        ),
         item(
             "ports of the data cache",
             Class::Cload,
             Class::Cstore,
             cache,
+            places,
         ),
     ]
 }

@@ -1,11 +1,10 @@
 //! The operators of a unit: what one operation of each class keeps busy, and their area in the pipelines that the machine
 //! says.
 
-use super::MULTIPLEXER_BIT;
 use crate::arch::{Arch, FuOp, FuSpec};
 use crate::cost::operator::{
-    SINGLE, compare, convert, float_add, float_fma, float_mul, integer_add, integer_mul,
-    product_area, registers, shift,
+    MULTIPLEXER_BIT, SINGLE, compare, convert, float_add, float_fma, float_mul, integer_add,
+    integer_mul, product_area, registers, shift,
 };
 use crate::cost::pipeline::{Depth, stage_bits};
 use crate::format::Format;

@@ -5,8 +5,8 @@
 
 use std::collections::BTreeSet;
 
-use super::MULTIPLEXER_BIT;
 use crate::arch::{FuSpec, Resource, Srp};
+use crate::cost::operator::MULTIPLEXER_BIT;
 use crate::isa::Class;
 use crate::system::BankSpec;
 

@@ -34,6 +34,11 @@ pub fn file_area(registers: u32, width: u32, ports: u32) -> f64 {
     f64::from(registers) * f64::from(width) * 0.213 * side * side
 }
 
+/// How many times larger an array is with so many ports than with one, as a register file's.
+pub fn ports_factor(ports: u32) -> f64 {
+    ((f64::from(ports) + 1.27) / 2.27).powi(2)
+}
+
 /// Energy of one read or write of a register file, pJ: 0.52 + 0.08·p for 64 words of 32 bits, with the
 /// width, and with the root of the number of registers, along which bit lines grow.
 pub fn file_energy(registers: u32, width: u32, ports: u32) -> f64 {

@@ -7,6 +7,7 @@
 //! bare datapaths, synthesis and measured silicon: these are of the class of synthesis (SimTRaX,
 //! 65 nm), and ratios between units are what to trust.
 
+pub mod cache;
 pub mod memory;
 pub mod operator;
 pub mod pipeline;

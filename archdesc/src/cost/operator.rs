@@ -11,6 +11,9 @@ use crate::isa::Class;
 /// Significand bits of binary32 with the hidden one.
 pub const SINGLE: u32 = 24;
 
+/// Area of an input of a multiplexer beyond its first, µm² a bit: 2.4 gates of 1.44 µm².
+pub const MULTIPLEXER_BIT: f64 = 3.4;
+
 /// Area of an array of partial products of a × b bits, µm².
 pub fn product_area(a: f64, b: f64) -> f64 {
     11.4 * a * b
