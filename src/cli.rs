@@ -156,7 +156,7 @@ pub(crate) enum Command {
     Tni(Tni),
     /// Hold the T&I units against the figures of the SGRT paper.
     Paper(Paper),
-    /// Count what the T&I unit of a machine is made of, its area and its energy.
+    /// Price the chip: SRP, T&I unit and bus by their parts, area at 65, 28 and 7 nm, energy of operations.
     Area(Area),
     /// Try the special functions of a machine on every mantissa: errors, order, exact powers.
     Units(Units),

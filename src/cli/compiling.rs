@@ -244,9 +244,9 @@ pub(crate) enum Form {
 The files may be C, or one file of a later form (.ir, .dre.xml, .sched.xml), from which compilation goes on.
 
 Examples:
-  srp compile shade.c -I kernels --emit ast,ir,dfg,dre,schedule,rust -o build
-  srp compile build/shade.dre.xml --machine wide --emit schedule -o build
-  srp compile shade.c -I kernels --emit ir --passes simplify,inline --print-after gvn")]
+  srp compile kernels/secondary.c -I kernels --emit ast,ir,dfg,dre,schedule,rust -o build
+  srp compile build/secondary.dre.xml --machine wide --emit schedule -o build
+  srp compile kernels/secondary.c -I kernels --emit ir --passes simplify,inline --print-after gvn")]
 pub(crate) struct Compile {
     /// C files, or one file of a later form
     #[arg(required = true)]
@@ -370,8 +370,8 @@ pub(crate) struct Run {
 Files are watched by their folders, so included files are seen too. Ctrl-C ends it.
 
 Examples:
-  srp watch shade.c -I kernels
   srp watch light.c --frame                         its loops as the default frame has them
+  srp watch kernels/secondary.c -I kernels          its loops, without the program round them
   srp watch fir.c --machine my-machine.xml          the machine's file is watched too")]
 pub(crate) struct Watch {
     #[command(flatten)]
@@ -399,10 +399,10 @@ pub(crate) struct Reported {
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
-  srp report shade.c -I kernels
-  srp report shade.c -I kernels --machine wide --html report.html --json
-  srp report shade.c -I kernels --what-if
   srp report light.c --frame                        its loops as the default frame has them
+  srp report kernels/secondary.c -I kernels         its loops, without the program round them
+  srp report kernels/secondary.c -I kernels --machine wide --html report.html --json
+  srp report kernels/secondary.c -I kernels --what-if
   srp report --frame=church.obj --kernel shade_hit
   srp report --json > old.json; …; srp report --json > new.json; srp report --diff old.json new.json
 

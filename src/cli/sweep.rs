@@ -16,7 +16,7 @@ Examples:
   srp sweep --set array.rows=4,5,6 --set array.contexts=64,128 -o rows
   srp sweep --set 'dram.latency-ns=0:300:100' --set tni.trvs=2,4 --measure cycles,energy,area --size 64x48
   srp sweep --set 'special[function=rcp].bits=8,12,exact' --measure ii,cycles,psnr --scene church.obj
-  srp sweep --set op[class=fadd].latency=1..8 --set system.cores=1..8 --sample lhs:40 --measure cycles,area
+  srp sweep --set 'op[class=fadd].latency=1..8' --set system.cores=1..8 --sample lhs:40 --measure cycles,area
   srp sweep --set array.rows=2:8:1 --set array.cols=2:8:1 --set tni.trvs=1..8 --measure cycles,area --sample search:60
   srp sweep plan.toml --sample search:200 --objective cycles,energy,max:psnr --seed 1
   srp sweep plan.toml -o sweep --engine slurm --jobs 32
