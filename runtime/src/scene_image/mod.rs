@@ -2,7 +2,7 @@
 //!
 //! From [`BASE`] on: the header, materials, nodes and triangles of the T&I unit, shading records,
 //! textures, and the frame buffer, which is all that cores may write. Each part starts
-//! at a multiple of 64 bytes. The structures are written by field name from the layouts of `srp_kernels`,
+//! at a multiple of 64 bytes, one of larger records at a multiple of their size. The structures are written by field name from the layouts of `srp_kernels`,
 //! and a test holds the tables against the C header.
 
 mod bytes;
