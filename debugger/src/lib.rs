@@ -14,6 +14,7 @@ mod history;
 mod kept;
 mod locals;
 mod machine;
+mod names;
 pub mod session;
 pub mod show;
 mod stop;
