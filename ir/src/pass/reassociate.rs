@@ -65,8 +65,8 @@ pub(crate) fn shorten_recurrences(func: &mut Function, has_products: bool) -> bo
     changed
 }
 
-/// Makes of `p ? s + x : s`, where a loop carries s, the sum `s + (p ? x : 0)`: the selection leaves the recurrence, unless
-/// this leads through p.
+/// Makes of `p ? s + x : s + y`, where a loop carries s and y may be nothing, the sum `s + (p ? x : y)`: the selection
+/// leaves the recurrence, unless this leads through p.
 fn distribute(func: &mut Function, block: Block) -> bool {
     let cycles = Cycles::of(func, block);
     if cycles.is_empty() {
@@ -90,22 +90,8 @@ fn distribute(func: &mut Function, block: Block) -> bool {
         if cycles.has(on, result) {
             continue;
         }
-        // The operation on the one way, and what it adds to the value of the other.
-        let added = |sum: Value, kept: Value| {
-            let (_, op, args) = trees.inner(func, sum)?;
-            let has_zero = matches!(op, Opcode::Add | Opcode::Sub | Opcode::Or | Opcode::Xor);
-            let other = match args[..] {
-                [a, other] if a == kept => other,
-                [other, a] if a == kept && op != Opcode::Sub => other,
-                _ => return None,
-            };
-            (has_zero && cycles.has(kept, result) && !cycles.has(other, result))
-                .then_some((op, other))
-        };
-        let (op, kept, ways) = match (added(yes, no), added(no, yes)) {
-            (Some((op, other)), _) => (op, no, [Some(other), None]),
-            (None, Some((op, other))) => (op, yes, [None, Some(other)]),
-            (None, None) => continue,
+        let Some((op, kept, ways)) = ways(func, &trees, &cycles, result, [yes, no]) else {
+            continue;
         };
         let pos = func.insts[inst].pos;
         let zero = func.make_inst(InstKind::Const(Bits::Word(0)), &[Ty::Word], pos);
@@ -128,6 +114,38 @@ fn distribute(func: &mut Function, block: Block) -> bool {
         changed = true;
     }
     changed
+}
+
+/// A value that a loop carries on the way to `result`, and what an operation adds to it on each of two ways, if it does.
+fn ways(
+    func: &Function,
+    trees: &Trees,
+    cycles: &Cycles,
+    result: Value,
+    [yes, no]: [Value; 2],
+) -> Option<(Opcode, Value, [Option<Value>; 2])> {
+    let added = |sum: Value, kept: Value| {
+        let (_, op, args) = trees.inner(func, sum)?;
+        let has_zero = matches!(op, Opcode::Add | Opcode::Sub | Opcode::Or | Opcode::Xor);
+        let other = match args[..] {
+            [a, other] if a == kept => other,
+            [other, a] if a == kept && op != Opcode::Sub => other,
+            _ => return None,
+        };
+        (has_zero && cycles.has(kept, result) && !cycles.has(other, result)).then_some((op, other))
+    };
+    if let Some((op, other)) = added(yes, no) {
+        return Some((op, no, [Some(other), None]));
+    }
+    if let Some((op, other)) = added(no, yes) {
+        return Some((op, yes, [None, Some(other)]));
+    }
+    let (_, _, operands) = trees.inner(func, yes)?;
+    operands.iter().find_map(|&kept| {
+        let (op, one) = added(yes, kept)?;
+        let (same, other) = added(no, kept)?;
+        (op == same).then_some((op, kept, [Some(one), Some(other)]))
+    })
 }
 
 /// The operation of an associative instruction, with its operands.
