@@ -189,7 +189,7 @@ pub fn area(tni: &TniSpec, buffers: &BufferSpec, mhz: u32) -> Area {
     }
 }
 
-/// How much larger operators of a kind are by haste, in the mean of both tests.
+/// The factor by which operators of a kind are larger by haste, in the mean of both tests.
 fn larger(haste: &Haste, of: fn(&OperatorHaste) -> f64, [boxes, triangles]: [u32; 2]) -> f64 {
     let [boxes, triangles] = [boxes, triangles].map(f64::from);
     let all = boxes * haste_area(of(&haste.aabb)) + triangles * haste_area(of(&haste.ist));

@@ -107,7 +107,7 @@ struct Wish {
     of: Option<&'static str>,
 }
 
-/// What a wish asks for.
+/// The change that a wish asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 enum Change {
     Show,

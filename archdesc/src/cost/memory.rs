@@ -34,7 +34,7 @@ pub fn file_area(registers: u32, width: u32, ports: u32) -> f64 {
     f64::from(registers) * f64::from(width) * 0.213 * side * side
 }
 
-/// How many times larger an array is with so many ports than with one, as a register file's.
+/// The factor by which an array is larger with so many ports than with one, as a register file's.
 pub fn ports_factor(ports: u32) -> f64 {
     ((f64::from(ports) + 1.27) / 2.27).powi(2)
 }

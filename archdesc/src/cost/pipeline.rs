@@ -38,7 +38,7 @@ struct Way {
 }
 
 impl Way {
-    /// How many times more of this way, with a part of its operator's delay, lies in so few cycles than fits.
+    /// The factor by which more of this way, with a part of its operator's delay, lies in so few cycles than fits.
     fn haste(&self, part: f64, latency: u32, mhz: u32) -> f64 {
         let (fo4, cycle) = (self.fo4 * part, usable_fo4(mhz));
         let around = f64::from(self.around) * usable_fo4(PRICED_MHZ);

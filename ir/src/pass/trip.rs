@@ -7,17 +7,17 @@ use rustc_hash::FxHashMap;
 use srp_archdesc::arch::Precision;
 use srp_archdesc::ops;
 
-/// How deep a value of a loop is followed to constants.
+/// Definitions through which a value of a loop is followed to constants.
 const MAX_DEPTH: u32 = 24;
 
-/// How often a loop begins an iteration, and the block whose test says so.
+/// The number of iterations that a loop begins, and the block whose test says so.
 #[derive(Clone, Copy)]
 pub(super) struct Trip {
     pub(super) count: u32,
     pub(super) test: Block,
 }
 
-/// How often a loop runs, if one of its tests that every iteration makes depends on constants alone.
+/// The number of iterations of a loop, if one of its tests that every iteration makes depends on constants alone.
 pub(super) fn trip(
     func: &Function,
     dominators: &Dominators,

@@ -118,7 +118,7 @@ fn extended(func: &Function, defs: &Defs, value: Value) -> Option<(Value, Range)
     }
 }
 
-/// What a value may be.
+/// The words that a value may be.
 fn range(func: &Function, defs: &Defs, value: Value) -> Range {
     if let Some(word) = defs.word(func, value) {
         let word = i64::from(word as i32);
@@ -137,7 +137,7 @@ fn range(func: &Function, defs: &Defs, value: Value) -> Range {
     }
 }
 
-/// What a value of a type is where a test that is made of it has this outcome.
+/// The words that a value of a type may be where a test that is made of it has this outcome.
 fn bounded(
     func: &Function,
     defs: &Defs,
@@ -182,7 +182,7 @@ fn bounded(
     })
 }
 
-/// What a parameter may be when the loop begins.
+/// The words that a parameter may be when the loop begins.
 fn begins(func: &Function, defs: &Defs, data: &LoopData, place: usize) -> Option<Range> {
     let outside = func.layout.iter().filter(|&&from| !data.contains(from));
     let entries = outside.flat_map(|&from| func.blocks[from].end.targets());

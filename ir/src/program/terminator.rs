@@ -11,7 +11,7 @@ pub struct Target {
     pub args: Vec<Value>,
 }
 
-/// How a block ends.
+/// The end of a block.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Terminator {
     /// Goes on elsewhere.

@@ -138,7 +138,7 @@ fn hasty(found: &Findings, text: &Text, what: &str, haste: f64, latency: u32, ar
     found.push(warning.help("leave it out: it then follows from `tni-mhz`"));
 }
 
-/// What arrays of the quickest cells take of the time of those that are priced: CACTI's of 16 to 128 KB, HP over LOP.
+/// The part that arrays of the quickest cells take of the time of those that are priced: CACTI's of 16 to 128 KB, HP over LOP.
 const QUICKEST_CELLS: f64 = 0.53;
 
 /// Caches of the T&I unit that take longer than their latency, where latency or clock are given.

@@ -166,7 +166,7 @@ struct Chunks<'a> {
 struct State {
     count: Value,
     way: Value,
-    /// What ways out have brought.
+    /// The values that ways out have brought.
     kept: Vec<Value>,
 }
 

@@ -274,7 +274,7 @@ impl<'a> Nest<'a> {
     }
 }
 
-/// What comes before the inner loop, once more.
+/// The blocks before the inner loop, once more.
 struct Prologue {
     /// The blocks that were copied.
     old: Vec<Block>,
