@@ -33,9 +33,13 @@ impl Defs {
     }
 
     /// The instruction that defines a value; none for parameters.
+    pub(super) fn inst(&self, value: Value) -> Option<Inst> {
+        self.0.get(value).copied().flatten()
+    }
+
+    /// The kind of that instruction.
     pub(super) fn kind<'f>(&self, func: &'f Function, value: Value) -> Option<&'f InstKind> {
-        let inst = self.0.get(value).copied().flatten()?;
-        Some(&func.insts[inst].kind)
+        Some(&func.insts[self.inst(value)?].kind)
     }
 
     /// The operation that gives a value, and its operands.

@@ -76,13 +76,8 @@ fn narrowed(func: &Function, defs: &Defs, data: &LoopData, place: usize) -> Opti
         first: before.first + i64::from(stride),
         last: before.last + i64::from(stride),
     };
-    let narrow = func.blocks[latch].insts.iter().chain(
-        (data.blocks.iter().filter(|&&block| block != latch))
-            .flat_map(|&block| &func.blocks[block].insts),
-    );
-    let mut narrow = narrow.filter(|&&inst| func.insts[inst].results[..] == [next]);
-    let inst = *narrow.next()?;
-    (before.within(ty) && after.within(ty)).then_some((inst, sum))
+    let narrow = defs.inst(next)?;
+    (before.within(ty) && after.within(ty)).then_some((narrow, sum))
 }
 
 /// The word of which a value has the low bits, extended, and what may come of that.

@@ -30,7 +30,7 @@ pub(super) fn of_placing(operations: usize) -> u64 {
     }
 }
 
-/// How much of an effort a better II is worth: it grows with the square of the part of the cycles that the
+/// The part of an effort, or the multiple, that a better II is worth: it grows with the square of the part of the cycles that the
 /// bound would save, since a search for more of them takes longer and brings more.
 pub(super) fn worth(effort: u64, ii: u32, bound: u32) -> u64 {
     let saved = u128::from(WORTHWHILE * (ii - bound));
