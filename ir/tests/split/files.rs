@@ -1,7 +1,7 @@
 //! Files of divided and scheduled programs: written files are read back, and mistakes are found.
 
 use crate::generate;
-#[path = "../program/generate.rs"]
+#[path = "../program/generate/mod.rs"]
 #[expect(dead_code, reason = "the tests of programs use more of it")]
 mod whole;
 

@@ -4,7 +4,7 @@
 mod cases;
 mod engine;
 #[allow(dead_code, reason = "shared with the tests of the interpreter")]
-#[path = "../../../ir/tests/program/generate.rs"]
+#[path = "../../../ir/tests/program/generate/mod.rs"]
 mod generate;
 mod passing;
 

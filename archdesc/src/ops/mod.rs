@@ -27,15 +27,15 @@ pub mod semantics {
 /// word.
 pub const SOURCE: &str = concat!(
     "pub mod word {\n",
-    include_str!("ops/semantics/word.rs"),
+    include_str!("semantics/word.rs"),
     "}\n\npub mod lanes {\n",
-    include_str!("ops/semantics/lanes.rs"),
+    include_str!("semantics/lanes.rs"),
     "}\n\npub mod approximation {\n",
-    include_str!("ops/semantics/approximation.rs"),
+    include_str!("semantics/approximation.rs"),
     "}\n\npub mod elementary {\n",
-    include_str!("ops/semantics/elementary.rs"),
+    include_str!("semantics/elementary.rs"),
     "}\n\npub mod texture {\n",
-    include_str!("ops/semantics/texture.rs"),
+    include_str!("semantics/texture.rs"),
     "}\n\npub use elementary::*;\npub use lanes::*;\npub use word::*;\n",
 );
 

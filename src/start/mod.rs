@@ -21,14 +21,11 @@ pub(crate) fn run(args: &New) -> Result<(), Failure> {
     }
     let (text, again) = match args.kind {
         StartKind::Kernels => return kernels(path),
-        StartKind::Program => (include_str!("start/program.c").to_owned(), "run"),
-        StartKind::Sweep => (include_str!("start/plan.toml").to_owned(), "sweep"),
-        StartKind::Cases => (
-            include_str!("start/cases.cases").to_owned(),
-            "hard-cases --cases",
-        ),
+        StartKind::Program => (include_str!("program.c").to_owned(), "run"),
+        StartKind::Sweep => (include_str!("plan.toml").to_owned(), "sweep"),
+        StartKind::Cases => (include_str!("cases.cases").to_owned(), "hard-cases --cases"),
         StartKind::Machine => {
-            let head = include_str!("start/machine.txt");
+            let head = include_str!("machine.txt");
             (
                 format!("{head}{}", machines::SGRT.xml),
                 "report --frame --machine",

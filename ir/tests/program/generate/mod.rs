@@ -1,7 +1,6 @@
 //! Random programs: structured control flow, bounded loops, every opcode, memory and ports, none of
 //! which traps or depends on where the stack is.
 
-#[path = "generate/control.rs"]
 mod control;
 
 use rand_pcg::Pcg32;
