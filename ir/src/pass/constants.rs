@@ -13,41 +13,50 @@ pub(crate) fn constants(program: &mut Program) -> bool {
     }
     let fixed = never_written(program);
     let Program { globals, funcs, .. } = program;
+    let changed = funcs
+        .values_mut()
+        .map(|f| load_constants(f, globals, &fixed));
+    changed.fold(false, |any, changed| any | changed)
+}
+
+/// Replaces the loads of one function from known places of globals that are fixed.
+pub(super) fn load_constants(
+    func: &mut Function,
+    globals: &EntityMap<Global, GlobalData>,
+    fixed: &EntityMap<Global, bool>,
+) -> bool {
+    let mut places = EntityMap::<Value, Option<(Global, i32)>>::filled(func.values.len(), None);
+    for i in 0..func.layout.len() {
+        for &inst in &func.blocks[func.layout[i]].insts {
+            if let InstKind::SymbolAddr(Symbol::Global(global), offset) = func.insts[inst].kind {
+                places[func.insts[inst].results[0]] = Some((global, offset));
+            }
+        }
+    }
+    let mut truths = EntityMap::<Value, bool>::filled(func.values.len(), false);
+    for data in func.insts.values() {
+        if let InstKind::Const(Bits::Pred(true)) = data.kind {
+            truths[data.results[0]] = true;
+        }
+    }
     let mut changed = false;
-    for func in funcs.values_mut() {
-        let mut places = EntityMap::<Value, Option<(Global, i32)>>::filled(func.values.len(), None);
-        for i in 0..func.layout.len() {
-            for &inst in &func.blocks[func.layout[i]].insts {
-                if let InstKind::SymbolAddr(Symbol::Global(global), offset) = func.insts[inst].kind
-                {
-                    places[func.insts[inst].results[0]] = Some((global, offset));
-                }
+    for i in 0..func.layout.len() {
+        let block = func.layout[i];
+        for at in 0..func.blocks[block].insts.len() {
+            let inst = func.blocks[block].insts[at];
+            let InstKind::Op { op, args, imm } = &func.insts[inst].kind else {
+                continue;
+            };
+            let Some((global, offset)) = args.get(1).and_then(|&a| places[a]) else {
+                continue;
+            };
+            if op.info().effect != Effect::Load || !fixed[global] || !truths[args[0]] {
+                continue;
             }
-        }
-        let mut truths = EntityMap::<Value, bool>::filled(func.values.len(), false);
-        for data in func.insts.values() {
-            if let InstKind::Const(Bits::Pred(true)) = data.kind {
-                truths[data.results[0]] = true;
-            }
-        }
-        for i in 0..func.layout.len() {
-            let block = func.layout[i];
-            for at in 0..func.blocks[block].insts.len() {
-                let inst = func.blocks[block].insts[at];
-                let InstKind::Op { op, args, imm } = &func.insts[inst].kind else {
-                    continue;
-                };
-                let Some((global, offset)) = args.get(1).and_then(|&a| places[a]) else {
-                    continue;
-                };
-                if op.info().effect != Effect::Load || !fixed[global] || !truths[args[0]] {
-                    continue;
-                }
-                let start = i64::from(offset) + i64::from(*imm);
-                if let Some(bits) = loaded(&globals[global], *op, start) {
-                    func.insts[inst].kind = InstKind::Const(bits);
-                    changed = true;
-                }
+            let start = i64::from(offset) + i64::from(*imm);
+            if let Some(bits) = loaded(&globals[global], *op, start) {
+                func.insts[inst].kind = InstKind::Const(bits);
+                changed = true;
             }
         }
     }

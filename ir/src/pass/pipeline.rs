@@ -106,6 +106,26 @@ enum Run {
 /// Rounds of a repeated group, at most: each may make the next possible.
 const MAX_ROUNDS: u32 = 8;
 
+/// Repeats the first group of [`STANDARD`] on a function that is only tried: its remarks go.
+fn simplify(func: &mut Function, context: &mut Context<'_>) {
+    let Some(Run::Repeat(names)) = pass("simplify").map(|group| &group.run) else {
+        unreachable!("it is a group")
+    };
+    let told = context.remarks.len();
+    for _ in 0..MAX_ROUNDS {
+        let mut changed = false;
+        for pass in names.iter().filter_map(|name| pass(name)) {
+            if let Run::Function(run) = &pass.run {
+                changed |= run(func, context);
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    context.remarks.truncate(told);
+}
+
 /// All passes.
 pub const PASSES: &[Pass] = &[
     Pass {
@@ -203,7 +223,8 @@ pub const PASSES: &[Pass] = &[
         name: "unroll",
         what: "Unrolls short loops of constant counts in loops that can run on the array without them.",
         run: Run::Program(|program, context| {
-            context.unrolled = unroll(program, &context.precision());
+            let precision = context.precision();
+            context.unrolled = unroll(program, &precision, &mut |f| simplify(f, context));
             context.unrolled
         }),
     },

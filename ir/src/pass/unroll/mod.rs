@@ -3,39 +3,61 @@
 //! A launch of the array costs more than a few iterations bring back, and only an innermost loop can be
 //! launched. Where all loops inside a marked one run a constant, small number of times, they are
 //! written out, and the loop around them becomes the kernel, if that is estimated to take less time.
+//!
+//! The copies of an iteration do not tell what they come to: counters become constants, and with them conditions,
+//! addresses and what tables hold; what the copies have in common is computed once. So a loop is written
+//! out in a [`trial`] first, and what is left there decides.
 
+use super::constants::never_written;
 use super::duplicate::{copy, rename_outside};
 use super::slots::{Uses, demote};
-use super::trip::{Trip, trip};
+use super::trip::Trip;
 use crate::flow::{Flow, Loop, LoopData};
 use crate::program::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use srp_archdesc::arch::Precision;
+use srp_archdesc::entity::EntityMap;
 
 mod collapse;
 mod estimate;
+mod trial;
 
 use collapse::collapse;
-use estimate::{Callees, Work};
+use estimate::Callees;
+use trial::written_out;
 
-/// Iterations that are written out at most.
-const MAX_TRIP: u32 = 32;
-
-/// Operations that a loop may have when those inside it are written out, and where they have branches,
-/// which become predicates: beyond, it takes long to find a schedule.
-const MAX_OPERATIONS: u32 = 230;
-const MAX_CONDITIONAL: u32 = 110;
+/// What unrolling knows of a program beside the function.
+struct Around<'a> {
+    globals: &'a EntityMap<Global, GlobalData>,
+    /// The globals whose values never change, where the whole program is known.
+    fixed: Option<EntityMap<Global, bool>>,
+    callees: Callees,
+    precision: Precision,
+}
 
 /// Unrolls the loops inside marked ones; whether there were any. A loop with a pragma of its own
-/// stays, and so do all loops beside it.
-pub(crate) fn unroll(program: &mut Program, precision: &Precision) -> bool {
+/// stays, and so do all loops beside it. `simplify` makes a function as simple as it gets.
+pub(crate) fn unroll(
+    program: &mut Program,
+    precision: &Precision,
+    simplify: &mut dyn FnMut(&mut Function),
+) -> bool {
     if !program.funcs.values().any(has_marks) {
         return false;
     }
+    let fixed = program.main.is_some().then(|| never_written(program));
     let callees = Callees::of(program);
+    let Program { globals, funcs, .. } = program;
+    let around = Around {
+        globals,
+        fixed,
+        callees,
+        precision: *precision,
+    };
     let mut changed = false;
-    for func in program.funcs.values_mut() {
-        while unroll_in_one(func, &callees, precision) {
+    for func in funcs.values_mut() {
+        let mut refused = FxHashSet::default();
+        while unroll_in_one(func, &around, simplify, &mut refused) {
             changed = true;
         }
     }
@@ -63,92 +85,59 @@ pub(crate) fn unnest(func: &mut Function) -> bool {
     changed
 }
 
-/// Unrolls all loops inside one marked loop, if there is one whose loops can be.
-fn unroll_in_one(func: &mut Function, callees: &Callees, precision: &Precision) -> bool {
+/// Unrolls all loops inside one marked loop, or makes one loop of the two, if there is a marked loop with which that can be done and
+/// gains. `refused` has the headers of those for which that was tried since a loop in them has changed.
+fn unroll_in_one(
+    func: &mut Function,
+    around: &Around,
+    simplify: &mut dyn FnMut(&mut Function),
+    refused: &mut FxHashSet<Block>,
+) -> bool {
     if !has_marks(func) {
         return false;
     }
     let flow = Flow::of(func);
-    for (id, outer) in flow.loops.loops.iter() {
-        if func.blocks[outer.header].kernel.is_none() {
-            continue;
-        }
-        let unrolled = worth_unrolling(func, &flow, id, callees, precision);
-        let Some(inner) = unrolled else {
-            if collapse(func, &flow, id, callees, precision) {
-                return true;
+    let loops = &flow.loops;
+    // Inner loops first: what becomes of them decides about those round them.
+    let mut marked: Vec<(Loop, &LoopData)> = loops.loops.iter().collect();
+    marked.retain(|(id, data)| {
+        func.blocks[data.header].kernel.is_some()
+            && !loops.is_innermost(*id)
+            && !refused.contains(&data.header)
+    });
+    for (id, data) in marked.into_iter().rev() {
+        let new = written_out(func, data.header, around, simplify);
+        let changed = match new {
+            Some(mut new) => {
+                take_over_mark(func, &mut new, data);
+                *func = new;
+                true
             }
-            continue;
+            None => collapse(func, &flow, id, &around.callees, &around.precision),
         };
-        let named = inner.iter().find_map(|(data, _)| {
-            let mark = func.blocks[data.header].kernel.take();
-            mark.map(|mark| mark.name)
-        });
-        for (data, trip) in inner {
-            func.blocks[data.header].kernel = None;
-            write_out(func, data, trip);
+        if changed {
+            for round in loops.loops.values().filter(|l| l.contains(data.header)) {
+                refused.remove(&round.header);
+            }
+            return true;
         }
-        let mark = func.blocks[outer.header].kernel.as_mut();
-        let mark = mark.expect("only marked loops are looked at");
-        if let (true, Some(name)) = (mark.nest, named) {
-            mark.name = name;
-        }
-        mark.nest = false;
-        return true;
+        refused.insert(data.header);
     }
     false
 }
 
-/// The loops inside one, with how often they run, if all of them can be written out and that is
-/// estimated to gain.
-fn worth_unrolling<'a>(
-    func: &Function,
-    flow: &'a Flow,
-    outer: Loop,
-    callees: &Callees,
-    precision: &Precision,
-) -> Option<Vec<(&'a LoopData, Trip)>> {
-    let loops = &flow.loops;
-    let mut inner = Vec::new();
-    for (id, data) in loops.inside(outer) {
-        let required = func.blocks[data.header].kernel.as_ref();
-        if !loops.is_innermost(id) || required.is_some_and(|mark| mark.required) {
-            return None;
+/// Lets the mark of a loop stand for the loops that were written out in it.
+fn take_over_mark(old: &Function, new: &mut Function, outer: &LoopData) {
+    let mark = new.blocks[outer.header].kernel.as_mut();
+    let mark = mark.expect("only marked loops are written out");
+    if mark.nest {
+        let mut inside = outer.blocks.iter().skip(1);
+        let inner = inside.find_map(|&b| old.blocks[b].kernel.as_ref().filter(|m| !m.nest));
+        if let Some(inner) = inner {
+            mark.name.clone_from(&inner.name);
         }
-        inner.push((
-            data,
-            trip(func, &flow.dominators, data, MAX_TRIP, precision)?,
-        ));
     }
-    if inner.is_empty() {
-        return None;
-    }
-    let mut whole = Work::default();
-    let mut apart = 0;
-    for &block in &loops.loops[outer].blocks {
-        let around = inner.iter().find(|(data, _)| data.contains(block));
-        let times = around.map_or(1, |(_, trip)| trip.count);
-        whole.add(func, block, times, callees)?;
-    }
-    for (data, trip) in &inner {
-        let mut one = Work::default();
-        for &block in &data.blocks {
-            one.add(func, block, 1, callees)?;
-        }
-        apart += one.launched(trip.count);
-    }
-    let branches = |b: Block| matches!(func.blocks[b].end, Terminator::Branch { .. });
-    let straight = inner.iter().all(|(data, trip)| {
-        let mut others = data.blocks.iter().filter(|&&b| b != trip.test);
-        others.all(|&b| !branches(b))
-    });
-    let most = if straight {
-        MAX_OPERATIONS
-    } else {
-        MAX_CONDITIONAL
-    };
-    let fits = whole.size() <= most;
-    (fits && whole.interval() < apart).then_some(inner)
+    mark.nest = false;
 }
 
 /// Writes a loop out: copies of its blocks follow each other, and the last goes where the loop ended.
