@@ -14,10 +14,12 @@ use serde::Serialize;
 use srp_archdesc::arch::Arch;
 use srp_ir::check::Checked;
 use srp_kernels::effect::Effect;
+use srp_runtime::digits::thousands;
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system::{self, Observer, Observers};
 use srp_studies::comparison::FRAME;
+use srp_studies::effects::{LeftOut, left_out};
 use srp_studies::energy::Energy;
 use srp_studies::fidelity::{self, Fidelity, FrameFigure, Prepared, Untimed};
 use srp_studies::profile::{Profiler, Surroundings, add_account};
@@ -298,7 +300,7 @@ impl Timed<'_> {
             talk::complain(NOTHING_SEEN);
         }
         talk::say(args.output.display());
-        Ok(())
+        say_left_out(frame, self.session)
     }
 }
 
@@ -354,7 +356,8 @@ fn without_clock(
     let run = || fidelity::untimed(image, &program, &frame.arch, &frame.guard, session);
     let Untimed { picture, figures } = interrupt::looked_for(run)?;
     let about = About::scene(&frame.arch, &frame.scene);
-    show_whole(args, about, &picture, figures)
+    show_whole(args, about, &picture, figures)?;
+    say_left_out(frame, session)
 }
 
 /// A frame at a level without an account of every cycle.
@@ -371,7 +374,20 @@ fn cheaply(prepared: &Prepared<'_>, args: &Render) -> Result<(), Failure> {
         return Ok(());
     }
     let whole = interrupt::looked_for(|| prepared.whole(level))?;
-    show_whole(args, about, &whole.picture, whole.figures)
+    show_whole(args, about, &whole.picture, whole.figures)?;
+    say_left_out(frame, prepared.session)
+}
+
+/// Says how much of the picture each effect touches that is left out of it.
+fn say_left_out(frame: &Frame, session: &Session<'_>) -> Result<(), Failure> {
+    let all = thousands(u64::from(frame.size.0) * u64::from(frame.size.1));
+    for LeftOut { effect, pixels } in interrupt::looked_for(|| left_out(frame, session))? {
+        let (name, pixels) = (effect.name(), thousands(pixels));
+        talk::say(format_args!(
+            "note: `{name}`, which is left out, touches {pixels} of {all} pixels"
+        ));
+    }
+    Ok(())
 }
 
 /// Writes the picture of a frame, and shows its figures: without a clock, only those that are counts.

@@ -34,6 +34,12 @@ impl Picture {
         }
     }
 
+    /// The number of pixels that differ from those of another picture of the same size.
+    pub fn differences(&self, other: &Picture) -> u64 {
+        let both = self.rgba.chunks_exact(4).zip(other.rgba.chunks_exact(4));
+        both.filter(|(a, b)| a != b).count() as u64
+    }
+
     /// The picture as a PNG file of 8-bit RGB; the same bytes on every host.
     pub fn png(&self) -> Vec<u8> {
         let mut bytes = Vec::new();

@@ -43,7 +43,7 @@ pub(crate) struct Report {
 
 impl Contents for Report {
     const FORMAT: &'static str = "srp-effects";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     const WRITTEN_BY: &'static str = "`srp effects --json`";
 }
 

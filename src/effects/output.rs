@@ -28,13 +28,10 @@ fn seconds(line: &Line) -> String {
     cost.unwrap_or_default()
 }
 
-/// Compares the picture without the effect: `same` or `other`.
-fn picture(line: &Line) -> &'static str {
-    match line.cost {
-        Some(cost) if cost.same_picture => "same",
-        Some(_) => "other",
-        None => "",
-    }
+/// The pixels that differ without the effect.
+fn pixels(line: &Line) -> String {
+    let pixels = line.cost.map(|cost| thousands(cost.pixels));
+    pixels.unwrap_or_default()
 }
 
 fn heading(report: &Report) -> String {
@@ -59,7 +56,7 @@ fn remarks(report: &Report) -> Vec<String> {
     remarks.extend([
         format!(
             "Costs are those of a frame of {width}x{height} pixels with the effect, less the frame \
-             without it and all that need it."
+             without it and all that need it; pixels are those that differ."
         ),
         format!(
             "This simulator takes {} cycles and {:.3} s, the universal one {} and {:.3} s: {:.2} \
@@ -86,14 +83,14 @@ pub(super) fn text(report: &Report) -> String {
     let measured = report.effects.iter().any(|l| l.cost.is_some());
     text.push_str("\n\neffect             state   ");
     if measured {
-        text.push_str("       cycles        host  picture");
+        text.push_str("       cycles        host     pixels");
     }
     text.push_str("  why\n");
     for line in &report.effects {
         let _ = write!(text, "{:18} {:8}", line.effect, state(line));
         if measured {
             let (cycles, seconds) = (cycles(line), seconds(line));
-            let _ = write!(text, "{cycles:>13} {seconds:>11}  {:7}", picture(line));
+            let _ = write!(text, "{cycles:>13} {seconds:>11} {:>10}", pixels(line));
         }
         let _ = writeln!(text, "  {}", line.why);
     }
@@ -124,7 +121,7 @@ fn table(report: &Report) -> Markup {
         table {
             tr {
                 th { "Effect" } th { "State" } th { "Cycles" } th { "Host" }
-                th { "Picture" } th.words { "Why" }
+                th { "Pixels" } th.words { "Why" }
             }
             @for line in &report.effects {
                 tr class=(if line.built { "on" } else { "off" }) {
@@ -132,7 +129,7 @@ fn table(report: &Report) -> Markup {
                     td { (state(line)) }
                     td { (cycles(line)) }
                     td { (seconds(line)) }
-                    td { (picture(line)) }
+                    td { (pixels(line)) }
                     td.words.why { (line.why) }
                 }
             }

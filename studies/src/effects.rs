@@ -1,10 +1,11 @@
 //! The costs of effects: frames of simulators that are built with and without each.
 
 use crate::Error;
+use crate::fidelity::untimed;
 use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::watch::Stage;
-use srp_runtime::effect::{Effects, Guard, TABLE};
+use srp_runtime::effect::{Effect, Effects, Guard, TABLE, find};
 use srp_runtime::picture::Picture;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::system::{self, Timing};
@@ -21,8 +22,8 @@ pub struct Cost {
     pub cycles: i64,
     /// Seconds of the host.
     pub host_seconds: f64,
-    /// True if the picture is the same without it.
-    pub same_picture: bool,
+    /// Pixels of the picture that differ without it.
+    pub pixels: u64,
 }
 
 /// A simulator, and the frame by it.
@@ -38,6 +39,43 @@ pub struct Measured {
     pub host_seconds: f64,
     /// True if its picture is that of the frame's own simulator.
     pub same_picture: bool,
+}
+
+/// An effect that a scene calls for and a frame is built without.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LeftOut {
+    /// The effect.
+    pub effect: Effect,
+    /// Pixels of the picture with all that the scene calls for that differ without this effect and all that need it.
+    pub pixels: u64,
+}
+
+/// The effects that a frame is built without though its scene calls for them, with what each does to the picture. Nothing is scheduled.
+///
+/// # Errors
+///
+/// A frame fails, or the work was cancelled.
+pub fn left_out(frame: &Frame, session: &Session<'_>) -> Result<Vec<LeftOut>, Error> {
+    let wanted: Effects = find(&frame.scene).into_iter().collect();
+    let mut missing = wanted.minus(frame.build.effects).peekable();
+    if missing.peek().is_none() {
+        return Ok(Vec::new());
+    }
+    let picture = |effects: Effects| -> Result<Picture, Error> {
+        let build = Build {
+            effects,
+            ..frame.build.clone()
+        };
+        let (program, _) = build.program(&frame.arch)?;
+        let image = frame.image_for(effects)?;
+        Ok(untimed(&image, &program, &frame.arch, &Guard::default(), session)?.picture)
+    };
+    let whole = picture(wanted)?;
+    let one = |effect: Effect| {
+        let pixels = whole.differences(&picture(wanted.without(effect))?);
+        Ok(LeftOut { effect, pixels })
+    };
+    missing.map(one).collect()
 }
 
 /// The costs of all effects on a frame.
@@ -132,7 +170,7 @@ pub fn costs(frame: &Frame, engine: Engine, session: &Session<'_>) -> Result<Cos
         Ok(Cost {
             cycles: with.cycles as i64 - without.cycles as i64,
             host_seconds: with.time.as_secs_f64() - without.time.as_secs_f64(),
-            same_picture: own.picture == other.picture,
+            pixels: own.picture.differences(&other.picture),
         })
     };
     let effects: Result<Vec<Cost>, Error> = TABLE.iter().map(|entry| cost(entry.effect)).collect();

@@ -17,6 +17,7 @@ mod flags;
 mod graphs;
 mod hard;
 mod inputs;
+mod left_out;
 mod limits;
 mod man;
 mod outputs;

@@ -285,9 +285,18 @@ impl Frame {
     ///
     /// Scene and frame do not fit into memory.
     pub fn image(&self) -> Result<SceneImage, Error> {
+        self.image_for(self.build.effects)
+    }
+
+    /// The image for kernels that are built for some effects.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`image`](Self::image).
+    pub fn image_for(&self, effects: Effects) -> Result<SceneImage, Error> {
         let Frame { bvh, .. } = self;
         let mut scene = Cow::Borrowed(&self.scene);
-        let uses_levels = self.build.effects.contains(Effect::Levels);
+        let uses_levels = effects.contains(Effect::Levels);
         if !uses_levels && scene.textures.iter().any(|t| t.smaller_levels() > 0) {
             // Kernels that compute no level of detail would tell the texture unit a wrong one.
             for texture in &mut scene.to_mut().textures {
