@@ -162,7 +162,6 @@ fn merge_params(
         .filter(|(i, _)| past.is_none_or(|past| *i != past.edge))
         .map(|(_, edge)| edge.clone())
         .collect();
-    // The way whose predicate takes most to compute is the one that is left over.
     let costs: Vec<u32> = rest.iter().map(|edge| ways.cost(block, edge)).collect();
     let mut taken = vec![None; rest.len()];
     for (place, param) in func.blocks[block].params.clone().into_iter().enumerate() {
@@ -173,14 +172,20 @@ fn merge_params(
             continue;
         }
         let matters = |edge: &Edge| !free.contains(&(edge.from, block, place));
-        let of_rest = |i: &usize| matters(&rest[*i]);
-        let left = (0..rest.len()).filter(of_rest).max_by_key(|&i| costs[i]);
-        let mut value = left.map(|left| renames.find(rest[left].args[place]));
-        for (i, edge) in rest.iter().enumerate() {
-            let other = renames.find(edge.args[place]);
-            if Some(i) == left || Some(other) == value || !matters(edge) {
-                continue;
-            }
+        let brought: Vec<(usize, Value)> = (rest.iter().enumerate())
+            .filter(|(_, edge)| matters(edge))
+            .map(|(i, edge)| (i, renames.find(edge.args[place])))
+            .collect();
+        // The value is left over whose ways have predicates that take most to compute, all of them together.
+        let cost = |value: Value| -> u64 {
+            let ways = brought.iter().filter(|(_, other)| *other == value);
+            ways.map(|&(i, _)| u64::from(costs[i])).sum()
+        };
+        let values = brought.iter().map(|&(_, value)| value);
+        let left = values.max_by_key(|&value| cost(value));
+        let mut value = left;
+        for &(i, other) in brought.iter().filter(|(_, other)| Some(*other) != left) {
+            let edge = &rest[i];
             let taken = *taken[i].get_or_insert_with(|| match past {
                 Some(past) => ways.along(func, past.body, edge, insts),
                 None => ways.taken(func, block, edge, insts),
