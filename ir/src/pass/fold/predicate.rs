@@ -107,6 +107,8 @@ impl Folder<'_> {
             .or_else(|| self.absorb_negated(op, b, a))
             .or_else(|| self.common_factor(op, a, b))
             .or_else(|| self.de_morgan(op, a, b))
+            .or_else(|| self.range(op, a, b))
+            .or_else(|| self.range(op, b, a))
     }
 
     fn negation(&mut self, a: Value) -> Option<Value> {
@@ -213,6 +215,46 @@ impl Folder<'_> {
         let (factor, x, _, y) = pairs.into_iter().find(|&(f, _, g, _)| f == g)?;
         let rest = self.build(op, &[x, y]);
         Some(self.build(inner, &[factor, rest]))
+    }
+
+    /// One comparison for a range from 0 on, the two of which may be `b` and a part of `a`.
+    fn range(&mut self, op: Opcode, a: Value, b: Value) -> Option<Value> {
+        if let Some(range) = self.both_ends(op, a, b) {
+            return Some(range);
+        }
+        let (inner, [x, y, _], _) = self.op_of(a)?;
+        if inner != op {
+            return None;
+        }
+        for (rest, end) in [(x, y), (y, x)] {
+            let range = self.both_ends(op, end, b);
+            let range = range.or_else(|| self.both_ends(op, b, end));
+            if let Some(range) = range {
+                return Some(self.build(op, &[rest, range]));
+            }
+        }
+        None
+    }
+
+    /// `0 ≤ x ∧ x < c` is `x < c` without signs, and `x < 0 ∨ c ≤ x` is `c ≤ x`, where c is a constant from 0 on.
+    fn both_ends(&mut self, op: Opcode, low: Value, high: Value) -> Option<Value> {
+        use Opcode::{Le, Leu, Lt, Ltu, Pand};
+        let (relation, [p, q, _], _) = self.op_of(low)?;
+        let (zero, x) = if op == Pand { (p, q) } else { (q, p) };
+        let within = match (op == Pand, relation) {
+            (true, Le) | (false, Lt) => self.word(zero) == Some(0),
+            (true, Lt) | (false, Le) => self.word(zero) == Some(u32::MAX),
+            _ => false,
+        };
+        let (relation, [r, s, _], _) = self.op_of(high)?;
+        let (y, bound) = if op == Pand { (r, s) } else { (s, r) };
+        let bound = self.word(bound)? as i32;
+        let unsigned = match relation {
+            Lt => Ltu,
+            Le => Leu,
+            _ => return None,
+        };
+        (within && bound >= 0 && x == y).then(|| self.build(unsigned, &[r, s]))
     }
 
     /// `¬x op ¬y` to `¬(x op' y)`.
