@@ -35,6 +35,12 @@ pub fn allocatable(srp: &Srp, ty: Ty) -> u32 {
     }
 }
 
+/// Words that can wait in central registers for a loop on the array: none where there is no such file.
+pub fn live_ins(srp: &Srp) -> u32 {
+    let file = srp.central(Ty::Word);
+    file.map_or(0, |_| allocatable(srp, Ty::Word))
+}
+
 /// The stack pointer.
 pub fn stack_pointer(srp: &Srp) -> Reg {
     let file = file(srp, Ty::Word);

@@ -329,6 +329,7 @@ pub fn run_passes(
         prefetch: options.prefetch.then_some(arch.system.data_cache.line),
         rewrites: options.rewrites.clone(),
         software: arch.srp.in_software(),
+        live_ins: srp_scheduler::abi::live_ins(&arch.srp),
     };
     let mut remarks = match options.fast_math.approximate {
         true => approximate::remarks(program, arch),

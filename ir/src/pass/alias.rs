@@ -143,7 +143,7 @@ impl Objects {
     }
 
     /// True if two addresses certainly point into different objects.
-    fn are_apart(&self, one: Value, other: Value) -> bool {
+    pub(super) fn are_apart(&self, one: Value, other: Value) -> bool {
         match (self.points_of(one), self.points_of(other)) {
             (Points::Into(one), Points::Into(other)) => one != other,
             _ => false,

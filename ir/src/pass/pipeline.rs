@@ -37,6 +37,8 @@ pub struct Options {
     pub rewrites: Vec<Rewrite>,
     /// Classes of operations that no unit runs, and for which functions of the program stand in.
     pub software: Vec<Class>,
+    /// Words that can wait in registers for a loop on the array.
+    pub live_ins: u32,
 }
 
 impl Options {
@@ -53,6 +55,7 @@ impl Options {
             prefetch: None,
             rewrites: Vec::new(),
             software: Vec::new(),
+            live_ins: 62,
         }
     }
 }
@@ -223,8 +226,9 @@ pub const PASSES: &[Pass] = &[
         name: "unroll",
         what: "Unrolls short loops of constant counts in loops that can run on the array without them.",
         run: Run::Program(|program, context| {
-            let precision = context.precision();
-            context.unrolled = unroll(program, &precision, &mut |f| simplify(f, context));
+            let (precision, live_ins) = (context.precision(), context.options.live_ins);
+            let mut simplify = |f: &mut Function| simplify(f, context);
+            context.unrolled = unroll(program, &precision, live_ins, &mut simplify);
             context.unrolled
         }),
     },
@@ -266,7 +270,7 @@ pub const PASSES: &[Pass] = &[
     },
     Pass {
         name: "promote",
-        what: "Keeps words of globals in values while a kernel loop runs.",
+        what: "Keeps words of memory in values while a kernel loop runs.",
         run: Run::Program(|program, _| {
             let Program { globals, funcs, .. } = program;
             let changed = funcs.values_mut().map(|f| promote(f, globals));

@@ -7,13 +7,14 @@
 
 use super::estimate::{Callees, Work};
 use crate::flow::{Dominators, Flow, Loop, LoopData};
+use crate::pass::alias::Scopes;
 use crate::pass::duplicate::copy;
 use crate::pass::slots::{Uses, demote, load, slot_for, store};
 use crate::pass::trip::trip;
 use crate::program::*;
 use rustc_hash::FxHashSet;
 use srp_archdesc::arch::Precision;
-use srp_archdesc::isa::{Opcode, Ty};
+use srp_archdesc::isa::{Effect, Opcode, Ty};
 
 /// Iterations of the loops.
 const MAX_INNER: u32 = 64;
@@ -27,6 +28,10 @@ const FILLING: u32 = 20;
 
 /// Cycles from one iteration to the next that the tests of both loops and what they select take.
 const TESTS: u32 = 5;
+
+/// Cycles from a load to the load that reads what was stored then. Of the two loops as one nothing tells how many iterations
+/// those are apart.
+const THROUGH_MEMORY: u32 = 7;
 
 /// Operations of both: that of a loop that is soon scheduled.
 const MAX_SIZE: u32 = 200;
@@ -80,11 +85,31 @@ pub(super) fn collapse(
     // A launch fills and drains the array; an iteration of both waits for the tests of the one before.
     let apart = FILLING + own.launched(often.count);
     own.and(&around);
-    if often.count * own.interval().max(TESTS) >= apart {
+    let waits = THROUGH_MEMORY * through_memory(func, outer);
+    if often.count * own.interval().max(TESTS).max(waits) >= apart {
         return false;
     }
     nest.collapse(func, often.count * rounds.count);
     true
+}
+
+/// Stores of a loop to what it also loads from, as far as is known.
+fn through_memory(func: &Function, data: &LoopData) -> u32 {
+    let mut scopes = Scopes::default();
+    let objects = scopes.of_block(func, data.header);
+    let (mut loads, mut stores) = (Vec::new(), Vec::new());
+    for &inst in data.blocks.iter().flat_map(|&b| &func.blocks[b].insts) {
+        let InstKind::Op { op, args, .. } = &func.insts[inst].kind else {
+            continue;
+        };
+        match op.info().effect {
+            Effect::Load => loads.push(args[1]),
+            Effect::Store => stores.push(args[1]),
+            _ => {}
+        }
+    }
+    let is_loaded = |&&to: &&Value| loads.iter().any(|&from| !objects.are_apart(from, to));
+    stores.iter().filter(is_loaded).count() as u32
 }
 
 /// Two loops, one in the other, that are entered and left at one place each.

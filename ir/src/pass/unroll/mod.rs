@@ -33,6 +33,8 @@ struct Around<'a> {
     fixed: Option<EntityMap<Global, bool>>,
     callees: Callees,
     precision: Precision,
+    /// Words that can wait in registers for a loop.
+    live_ins: u32,
 }
 
 /// Unrolls the loops inside marked ones; whether there were any. A loop with a pragma of its own
@@ -40,6 +42,7 @@ struct Around<'a> {
 pub(crate) fn unroll(
     program: &mut Program,
     precision: &Precision,
+    live_ins: u32,
     simplify: &mut dyn FnMut(&mut Function),
 ) -> bool {
     if !program.funcs.values().any(has_marks) {
@@ -53,6 +56,7 @@ pub(crate) fn unroll(
         fixed,
         callees,
         precision: *precision,
+        live_ins,
     };
     let mut changed = false;
     for func in funcs.values_mut() {

@@ -5,8 +5,10 @@ use super::{Around, write_out};
 use crate::flow::{Flow, LoopData};
 use crate::pass::constants::load_constants;
 use crate::pass::ifconvert::ifconvert;
+use crate::pass::licm::licm;
 use crate::pass::trip::{Trip, trip};
 use crate::program::*;
+use rustc_hash::FxHashSet;
 
 /// Iterations that are written out at most.
 const MAX_TRIP: u32 = 32;
@@ -108,15 +110,42 @@ fn work(
     }
     ifconvert(&mut converted, around.globals);
     simplify(&mut converted);
-    let (func, most) = match blocks(&converted, header)?.len() {
-        1 => (&converted, MAX_OPERATIONS),
-        _ => (func, MAX_CONDITIONAL),
+    licm(&mut converted, around.globals);
+    let is_block = blocks(&converted, header)?.len() == 1;
+    if is_block && live_ins(&converted, header) > around.live_ins {
+        return None;
+    }
+    let (func, most) = match is_block {
+        true => (&converted, MAX_OPERATIONS),
+        false => (func, MAX_CONDITIONAL),
     };
     let mut work = Work::default();
     for block in blocks(func, header)? {
         work.add(func, block, 1, &around.callees)?;
     }
     (work.size() <= most).then_some(work)
+}
+
+/// Words that wait for a loop that is one block: those made before it, and the first ones of what it carries.
+fn live_ins(func: &Function, block: Block) -> u32 {
+    let data = &func.blocks[block];
+    let results = data.insts.iter().flat_map(|&i| &func.insts[i].results);
+    let own: FxHashSet<Value> = data.params.iter().chain(results).copied().collect();
+    let mut waiting: FxHashSet<Value> = data.params.iter().copied().collect();
+    for &inst in &data.insts {
+        func.insts[inst].kind.for_each_use(|value| {
+            if !own.contains(&value) {
+                waiting.insert(value);
+            }
+        });
+    }
+    // Constants and addresses are in the configuration.
+    for inst in func.insts.values() {
+        if let InstKind::Const(_) | InstKind::SymbolAddr(..) = inst.kind {
+            waiting.remove(&inst.results[0]);
+        }
+    }
+    waiting.len() as u32
 }
 
 /// The blocks of the loop with a header.
