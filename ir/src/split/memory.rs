@@ -7,7 +7,7 @@
 
 use super::body::Body;
 use super::induction::Inductions;
-use super::linear::{Affine, first_in_window};
+use super::linear::{Affine, Linear, first_in_window};
 use super::objects::{Objects, objects_of};
 use super::shape::Loop;
 use super::{Doubt, Remark};
@@ -55,6 +55,12 @@ const ANYTHING: Meeting = Meeting {
     forward: Some(0),
     backward: Some(1),
     exact: false,
+};
+
+const NEVER: Meeting = Meeting {
+    forward: None,
+    backward: None,
+    exact: true,
 };
 
 /// The memory order of a loop.
@@ -279,11 +285,6 @@ fn exclusive(a: &Access, b: &Access) -> bool {
 
 /// How two accesses can meet, `first` before `second` in the loop.
 fn meet(first: &Access, second: &Access) -> Meeting {
-    const NEVER: Meeting = Meeting {
-        forward: None,
-        backward: None,
-        exact: true,
-    };
     if first.objects.apart_from(&second.objects) {
         return NEVER;
     }
@@ -295,25 +296,22 @@ fn meet(first: &Access, second: &Access) -> Meeting {
     let (Some(a), Some(b)) = (&first.address, &second.address) else {
         return later(ANYTHING);
     };
-    let Some(apart) = a.base.minus(&b.base).as_constant() else {
-        return later(ANYTHING);
+    let base = a.base.minus(&b.base);
+    let Some(apart) = base.as_constant() else {
+        return later(on_a_grid(a, b, &base, (first.bytes, second.bytes)));
     };
     // In the same iteration they meet if `apart + i · (stride of a − stride of b)` is in a window
     // around 0, where one's first byte is not behind the other's last.
-    let window = (
-        1u32.wrapping_sub(first.bytes),
-        first.bytes + second.bytes - 1,
-    );
-    let low = window.0.wrapping_sub(apart);
+    let (low, width) = window(apart, (first.bytes, second.bytes));
     let Some(slower) = a.stride.minus(&b.stride).as_constant() else {
         return later(ANYTHING);
     };
     if slower != 0 {
-        return apart_strides(a, b, slower, low, window.1, from);
+        return apart_strides(a, b, slower, low, width, from);
     }
     let Some(stride) = a.stride.as_constant() else {
         // The same unknown stride: the same iteration is certain, others are not.
-        let together = first_in_window(0, low, window.1, 0).filter(|_| from == 0);
+        let together = first_in_window(0, low, width, 0).filter(|_| from == 0);
         return Meeting {
             forward: together.or(Some(1)),
             ..ANYTHING
@@ -321,9 +319,38 @@ fn meet(first: &Access, second: &Access) -> Meeting {
     };
     // `second` is `d` iterations behind: `apart − d · stride` is in the window.
     Meeting {
-        forward: first_in_window(stride.wrapping_neg(), low, window.1, from),
-        backward: first_in_window(stride, low, window.1, 1),
+        forward: first_in_window(stride.wrapping_neg(), low, width, from),
+        backward: first_in_window(stride, low, width, 1),
         exact: true,
+    }
+}
+
+/// Where accesses of so many bytes meet that are `apart` and something more apart: if that is one of so many numbers from the
+/// first one on.
+fn window(apart: u32, (first, second): (u32, u32)) -> (u32, u32) {
+    let low = 1u32.wrapping_sub(first).wrapping_sub(apart);
+    (low, first + second - 1)
+}
+
+/// Two accesses whose distance has unknown parts: all of it but a constant is multiples of a power of two, as with rows of
+/// a matrix.
+fn on_a_grid(a: &Affine, b: &Affine, base: &Linear, bytes: (u32, u32)) -> Meeting {
+    if bytes.0 == 0 || bytes.1 == 0 {
+        return ANYTHING;
+    }
+    let (low, width) = window(base.constant, bytes);
+    let meet = |bits: u32| {
+        let grid = 1u32.checked_shl(bits).unwrap_or(0);
+        first_in_window(grid, low, width, 0).is_some()
+    };
+    let rows = base.zero_bits_of_terms();
+    if !meet(rows.min(a.stride.zero_bits()).min(b.stride.zero_bits())) {
+        return NEVER;
+    }
+    let together = meet(rows.min(a.stride.minus(&b.stride).zero_bits()));
+    Meeting {
+        forward: Some(u64::from(!together)),
+        ..ANYTHING
     }
 }
 
@@ -334,11 +361,7 @@ fn apart_strides(a: &Affine, b: &Affine, slower: u32, low: u32, width: u32, from
         // All differences are multiples of the largest power of two in both strides.
         let grid = 1u32 << sa.trailing_zeros().min(sb.trailing_zeros()).min(31);
         if first_in_window(grid, low, width, 0).is_none() {
-            return Meeting {
-                forward: None,
-                backward: None,
-                exact: true,
-            };
+            return NEVER;
         }
     }
     let together = first_in_window(slower, low, width, 0).filter(|_| from == 0);
