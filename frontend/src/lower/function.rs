@@ -290,8 +290,9 @@ impl Lowering<'_> {
             match values_of(self.checked, ty) {
                 Some(types) => {
                     let mut values: Vec<_> = values.by_ref().take(types.len()).collect();
-                    if let [pointer] = &mut values[..] {
-                        *pointer = self.restrict(local, *pointer);
+                    if let [value] = &mut values[..] {
+                        *value = self.restrict(local, *value);
+                        *value = self.narrow(ty, *value);
                     }
                     let location = self.local(local);
                     self.put_values(location, ty, &values);
@@ -316,16 +317,26 @@ impl Lowering<'_> {
     /// pointer. Not in loops, where it would be another in each iteration, and not in functions
     /// without loops, which would only be harder to simplify.
     pub(super) fn restrict(&mut self, local: LocalId, value: Value) -> Value {
-        let is_loop = |s: &typed::Stmt| matches!(s.kind, StmtKind::Loop(_));
-        if !self.is_restrict(local)
-            || !self.has_inner.is_empty()
-            || !self.body.stmts.values().any(is_loop)
-        {
+        if !self.is_restrict(local) || !self.has_inner.is_empty() || !self.has_loops() {
             return value;
         }
         self.kernels.restrict += 1;
         self.restrict.push(self.kernels.restrict);
         self.op_imm(Opcode::Mov, &[value], self.kernels.restrict as i32)
+    }
+
+    /// A parameter of a narrow type, which callers bring extended: extended once more where there are loops, since what
+    /// may come of that tells how far a counter goes.
+    fn narrow(&mut self, ty: TypeId, value: Value) -> Value {
+        match *self.checked.types.get(ty) {
+            Type::Int(int) if int.size() < 4 && self.has_loops() => self.cut(value, int),
+            _ => value,
+        }
+    }
+
+    fn has_loops(&self) -> bool {
+        let is_loop = |s: &typed::Stmt| matches!(s.kind, StmtKind::Loop(_));
+        self.body.stmts.values().any(is_loop)
     }
 
     /// Numbers the independent variables of a loop, whose body follows.
