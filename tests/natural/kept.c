@@ -1,4 +1,4 @@
-/* Sums behind pointers and in globals, counters up to a short, and tests for the border. */
+/* Sums behind pointers and in globals, one restrict pointer beside others, counters up to a short, and tests for the border. */
 #include <stdio.h>
 
 #define N 200
@@ -9,7 +9,7 @@ static int data[N], total, from[12][12];
 static float x[N], y[N];
 static short image[W * H], smooth[W * H];
 
-static void sum(const int *restrict p, int n, int *restrict out)
+static void sum(const int *p, int n, int *restrict out)
 {
     *out = 0;
     for (int i = 0; i < n; i++) *out += p[i];
@@ -20,9 +20,19 @@ static void count(const int *restrict p, int n)
     for (int i = 0; i < n; i++) total += p[i] & 1;
 }
 
-static void add(float *restrict to, const float *restrict of, short n)
+static void add(float *restrict to, const float *of, short n)
 {
     for (short i = 0; i < n; i++) to[i] += 2.0f * of[i];
+}
+
+typedef struct {
+    int width;
+    float *data;
+} row;
+
+static void brighten(const row *restrict of, float by)
+{
+    for (int i = 0; i < of->width; i++) of->data[i] *= by;
 }
 
 static void box(void)
@@ -61,6 +71,8 @@ int main(void)
     sum(data, N, &all);
     count(data, N);
     add(y, x, N);
+    row whole = {N, y};
+    brighten(&whole, 1.5f);
     box();
     shortest();
     unsigned hash = (unsigned)(all * 31 + total);

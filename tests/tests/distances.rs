@@ -113,7 +113,7 @@ fn different_arrays_never_meet() {
 }
 
 #[test]
-fn pointers_may_meet_unless_they_are_restrict() {
+fn pointers_may_meet_unless_one_is_restrict() {
     let case = |parameters: &str, body: &str| {
         orders(&format!(
             "int a[64]; void f({parameters}, int n) {{ {body} }}"
@@ -121,8 +121,18 @@ fn pointers_may_meet_unless_they_are_restrict() {
     };
     let copy = "for (int i = 1; i < n; i++) p[i] = q[i - 1] + 1;";
     assert_eq!(case("int *p, int *q", copy), ["sw -> lw + 1"]);
-    assert_eq!(case("int *restrict p, int *q", copy), ["sw -> lw + 1"]);
+    // One is enough: q is not based on p.
+    assert_eq!(case("int *restrict p, int *q", copy), NONE);
+    assert_eq!(case("int *p, int *restrict q", copy), NONE);
     assert_eq!(case("int *restrict p, int *restrict q", copy), NONE);
+    // Nor is what is loaded, unless p was stored.
+    let loaded = "for (int i = 1; i < n; i++) p[i] = t[0][i - 1] + 1;";
+    assert_eq!(case("int *restrict p, int **t", loaded), NONE);
+    let given_away = format!("t[n] = p; {loaded}");
+    assert_eq!(
+        case("int *restrict p, int **t", &given_away),
+        ["sw -> lw + 1"]
+    );
     assert_eq!(
         case("int p[restrict], int q[restrict static 4]", copy),
         NONE

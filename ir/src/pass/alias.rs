@@ -3,12 +3,12 @@
 //! Pointer arithmetic stays inside the object that it starts from (C17 6.5.6), so the address of a
 //! global plus anything points into that global.
 
-use super::restrict_number;
+use super::{restrict_number, restrict_pointers_stay};
 use crate::flow::Cfg;
 use crate::program::{Block, Function, InstData, InstKind, Slot, Symbol, Value};
 use rustc_hash::FxHashMap;
 use srp_archdesc::entity::EntityMap;
-use srp_archdesc::isa::{Class, Opcode, Space};
+use srp_archdesc::isa::{Class, Effect, Opcode, Space};
 
 /// Rounds after which a value that still changes counts as unknown.
 const MAX_ROUNDS: usize = 24;
@@ -39,7 +39,9 @@ enum Points {
     Number,
     /// Somewhere into an object.
     Into(Target),
-    /// A number, or an address that the function was given or has loaded.
+    /// A number, or an address that the function was given or has loaded and that is based on no `restrict` pointer of the scope.
+    Given,
+    /// A number or any address.
     Unknown,
     /// One of several of these.
     Several,
@@ -53,9 +55,8 @@ impl Points {
             (Points::Open, x) | (x, Points::Open) => x,
             (a, b) if a == b => a,
             (Points::Across, _) | (_, Points::Across) => Points::Across,
-            (Points::Unknown, Points::Number) | (Points::Number, Points::Unknown) => {
-                Points::Unknown
-            }
+            (Points::Given, Points::Number) | (Points::Number, Points::Given) => Points::Given,
+            (a, b) if a.is_open_to_all() && b.is_open_to_all() => Points::Unknown,
             _ => Points::Several,
         }
     }
@@ -68,8 +69,14 @@ impl Points {
             (Points::Into(_), Points::Into(_)) => Points::Several,
             (Points::Several, _) | (_, Points::Several) => Points::Several,
             (Points::Into(object), _) | (_, Points::Into(object)) => Points::Into(object),
-            _ => Points::Unknown,
+            (Points::Unknown, _) | (_, Points::Unknown) => Points::Unknown,
+            _ => Points::Given,
         }
+    }
+
+    /// True for what may be a number as well as an address.
+    fn is_open_to_all(self) -> bool {
+        matches!(self, Points::Number | Points::Given | Points::Unknown)
     }
 }
 
@@ -90,8 +97,12 @@ impl Objects {
         let cfg = Cfg::of(func);
         let mut points = EntityMap::filled(func.values.len(), Points::Open);
         for &param in &func.blocks[func.entry()].params {
-            points[param] = Points::Unknown;
+            points[param] = Points::Given;
         }
+        let loaded = match restrict.is_empty() || restrict_pointers_stay(func) {
+            true => Points::Given,
+            false => Points::Unknown,
+        };
         for round in 0.. {
             let mut changed = false;
             let mut set = |points: &mut EntityMap<Value, Points>, value: Value, now: Points| {
@@ -107,7 +118,7 @@ impl Objects {
                     let number = restrict_number(kind).filter(|n| restrict.contains(n));
                     let now = match number {
                         Some(number) => Points::Into(Target::Restrict(number)),
-                        None => of_inst(kind, &points),
+                        None => of_inst(kind, &points, loaded),
                     };
                     for &result in results {
                         let now = points[result].or(now);
@@ -142,10 +153,13 @@ impl Objects {
         self.points.get(value).copied().unwrap_or(Points::Unknown)
     }
 
-    /// True if two addresses certainly point into different objects.
+    /// True if two addresses certainly point into different objects, if one of the two is written through.
     pub(super) fn are_apart(&self, one: Value, other: Value) -> bool {
         match (self.points_of(one), self.points_of(other)) {
             (Points::Into(one), Points::Into(other)) => one != other,
+            // What is reached through a restrict pointer is reached through no pointer that is not based on it.
+            (Points::Into(Target::Restrict(_)), Points::Given)
+            | (Points::Given, Points::Into(Target::Restrict(_))) => true,
             _ => false,
         }
     }
@@ -222,7 +236,7 @@ impl Piece {
     }
 }
 
-fn of_inst(kind: &InstKind, points: &EntityMap<Value, Points>) -> Points {
+fn of_inst(kind: &InstKind, points: &EntityMap<Value, Points>, loaded: Points) -> Points {
     match kind {
         InstKind::Const(_) => Points::Number,
         InstKind::SymbolAddr(symbol, _) => Points::Into(Target::Object(Object::Symbol(*symbol))),
@@ -240,6 +254,7 @@ fn of_inst(kind: &InstKind, points: &EntityMap<Value, Points>) -> Points {
                 (left, _) => left,
             },
             Opcode::Sel => points[args[1]].or(points[args[2]]),
+            _ if op.info().effect == Effect::Load => loaded,
             Opcode::Min | Opcode::Max | Opcode::Minu | Opcode::Maxu => Points::Unknown,
             _ if op.is_pure() && op.class() != Class::Lane => Points::Number,
             _ => Points::Unknown,

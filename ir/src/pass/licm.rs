@@ -1,6 +1,6 @@
 //! Loop-invariant code motion.
 
-use super::alias::{Object, Objects};
+use super::alias::{Objects, Scopes};
 use super::preheader::{find, with_preheaders};
 use crate::flow::{Flow, Loop, LoopData};
 use crate::program::*;
@@ -23,12 +23,13 @@ pub(crate) fn licm(func: &mut Function, globals: &EntityMap<Global, GlobalData>)
             home[value] = Some(block);
         }
     }
-    let objects = Objects::of(func);
+    let mut scopes = Scopes::default();
     let safe = safe_addresses(func, globals);
     let mut changed = false;
     // Inner loops first: what leaves one may leave the next.
     for id in flow.loops.loops.keys().rev() {
-        changed |= hoist(func, &flow, id, (&objects, &safe), &mut home);
+        let objects = scopes.of_block(func, flow.loops.loops[id].header);
+        changed |= hoist(func, &flow, id, (objects, &safe), &mut home);
     }
     changed
 }
@@ -72,8 +73,8 @@ fn is_safe(kind: &InstKind, safe: &Safe) -> bool {
 /// Effects of a loop that forbid moving instructions out of it.
 struct Effects<'a> {
     objects: &'a Objects,
-    /// The objects in SRAM that it stores to; none for a store that may be to any.
-    stored: Vec<Option<Object>>,
+    /// The addresses in SRAM that it stores to.
+    stored: Vec<Value>,
     stores_cached: bool,
     opaque: bool,
 }
@@ -92,7 +93,7 @@ fn effects<'a>(func: &Function, data: &LoopData, objects: &'a Objects) -> Effect
             InstKind::Op { op, args, .. } => match (op.info().effect, op.space()) {
                 (Effect::Io, _) => effects.opaque = true,
                 (Effect::Store, Some(Space::Sram)) => {
-                    effects.stored.push(objects.object(args[1]));
+                    effects.stored.push(args[1]);
                 }
                 (Effect::Store, _) => effects.stores_cached = true,
                 (Effect::Pure | Effect::Load | Effect::Prefetch, _) => {}
@@ -161,9 +162,8 @@ fn may_move(kind: &InstKind, effects: &Effects<'_>, passed: bool) -> bool {
     match (op.info().effect, op.space()) {
         (Effect::Pure, _) => op.class() != Class::Idiv || trapping,
         (Effect::Load, Some(Space::Sram)) => {
-            let from = effects.objects.object(args[1]);
             let mut stored = effects.stored.iter();
-            trapping && stored.all(|to| from.is_some() && to.is_some() && *to != from)
+            trapping && stored.all(|&to| effects.objects.are_apart(args[1], to))
         }
         (Effect::Load, _) => trapping && !effects.stores_cached,
         (Effect::Store | Effect::Prefetch | Effect::Io, _) => false,

@@ -85,7 +85,7 @@ use promote::promote;
 use reassociate::{REASSOCIATE, reassociate, shorten_recurrences};
 use refine::refine;
 use replicate::{replicate, write_out_loops};
-pub(crate) use restrict::{restrict_number, settle_restrict};
+pub(crate) use restrict::{restrict_number, restrict_pointers_stay, settle_restrict};
 pub use rewrite::{Rewrite, Rule};
 use short_ways::short_ways;
 pub use software::SOFTWARE;

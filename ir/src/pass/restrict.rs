@@ -4,7 +4,8 @@
 
 use super::rename::Renames;
 use crate::program::*;
-use srp_archdesc::isa::Opcode;
+use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::{Effect, Opcode};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The number of the `restrict` pointer or independent variable whose address an instruction makes.
@@ -17,6 +18,52 @@ pub(crate) fn restrict_number(kind: &InstKind) -> Option<u32> {
         } => Some(number.unsigned_abs()),
         _ => None,
     }
+}
+
+/// True if no address that may be based on a `restrict` pointer is stored, or passed on: then nothing that is loaded is based on one.
+pub(crate) fn restrict_pointers_stay(func: &Function) -> bool {
+    let mut based = EntityMap::<Value, bool>::filled(func.values.len(), false);
+    loop {
+        let mut changed = false;
+        let mut set = |based: &mut EntityMap<Value, bool>, value: Value| {
+            changed |= !based[value];
+            based[value] = true;
+        };
+        for &block in &func.layout {
+            for &inst in &func.blocks[block].insts {
+                let InstData { kind, results, .. } = &func.insts[inst];
+                let loads =
+                    matches!(kind, InstKind::Op { op, .. } if op.info().effect == Effect::Load);
+                let mut any = restrict_number(kind).is_some();
+                kind.for_each_use(|value| any |= based[value]);
+                if any && !loads {
+                    results.iter().for_each(|&result| set(&mut based, result));
+                }
+            }
+            for target in func.blocks[block].end.targets() {
+                for (&param, &arg) in func.blocks[target.block].params.iter().zip(&target.args) {
+                    if based[arg] {
+                        set(&mut based, param);
+                    }
+                }
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    let insts = func.layout.iter().flat_map(|&b| &func.blocks[b].insts);
+    insts.into_iter().all(|&inst| match &func.insts[inst].kind {
+        InstKind::Op { op, args, .. } => match op.info().effect {
+            // Behind the guard and the address.
+            Effect::Store => args.iter().skip(2).all(|&value| !based[value]),
+            Effect::Io => args.iter().all(|&value| !based[value]),
+            Effect::Pure | Effect::Load | Effect::Prefetch => true,
+        },
+        InstKind::Call { args, .. } => args.iter().all(|&arg| !based[arg]),
+        InstKind::Launch { .. } => false,
+        _ => true,
+    })
 }
 
 /// The numbers that a mark counts on.

@@ -9,7 +9,7 @@ use super::places::Def;
 use super::shape::Loop;
 use crate::pass::restrict_number;
 use crate::program::{InstKind, KernelMark, Slot, Symbol, Value};
-use srp_archdesc::isa::{Class, Opcode};
+use srp_archdesc::isa::{Class, Effect, Opcode};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// How many definitions of one address are looked at.
@@ -28,6 +28,8 @@ enum Object {
     /// Whatever this word, which came from elsewhere, points to: it may be any other object, or
     /// the word may be no pointer.
     Unknown(Value),
+    /// The same of a word that the function was given or has loaded, and that is based on no `restrict` pointer.
+    Given(Value),
 }
 
 /// The possible targets of a word as an address. Empty: not known yet, in a cycle of definitions.
@@ -76,7 +78,7 @@ impl Objects {
 
     fn unknown(&self) -> impl Iterator<Item = Value> + '_ {
         self.objects.iter().filter_map(|object| match object {
-            Object::Unknown(value) => Some(*value),
+            Object::Unknown(value) | Object::Given(value) => Some(*value),
             _ => None,
         })
     }
@@ -86,9 +88,20 @@ impl Objects {
         self.points() && self.unknown().next().is_none()
     }
 
-    /// True if addresses with these objects can never meet.
+    /// True if accesses with these objects, one of which writes, can never meet.
     pub(super) fn apart_from(&self, other: &Objects) -> bool {
-        self.is_known() && other.is_known() && self.objects.is_disjoint(&other.objects)
+        let all = |is: fn(&Object) -> bool| {
+            let (one, two) = (self.objects.iter().all(is), other.objects.iter().all(is));
+            (one, two)
+        };
+        let known = all(|o| !matches!(o, Object::Unknown(_) | Object::Given(_)));
+        let restrict = all(|o| matches!(o, Object::Restrict(_)));
+        let given = all(|o| matches!(o, Object::Given(_)));
+        self.points()
+            && other.points()
+            && (known == (true, true) && self.objects.is_disjoint(&other.objects)
+                || restrict.0 && given.1
+                || given.0 && restrict.1)
     }
 
     /// True if they could never meet if the pointers from outside the loop that they start from
@@ -115,7 +128,7 @@ impl Objects {
     fn has_object(&self) -> bool {
         self.objects
             .iter()
-            .any(|object| !matches!(object, Object::Unknown(_)))
+            .any(|object| !matches!(object, Object::Unknown(_) | Object::Given(_)))
     }
 
     fn or(mut self, other: Objects) -> Objects {
@@ -263,6 +276,7 @@ fn eval(
                 }
             }
         },
+        (Some(Def::Param(..)), _) => Objects::object(Object::Given(value)),
         _ => Objects::object(Object::Unknown(value)),
     }
 }
@@ -281,6 +295,9 @@ fn simple(lp: &Loop<'_>, mark: &KernelMark, value: Value) -> Option<Objects> {
                 .map(|number| Objects::object(Object::Restrict(number))),
             Opcode::Add | Opcode::And | Opcode::Or => None,
             Opcode::Sub | Opcode::Sel => None,
+            _ if op.info().effect == Effect::Load && lp.restrict_stays() => {
+                Some(Objects::object(Object::Given(value)))
+            }
             _ if op.is_pure() && !is_traffic(*op) => Some(Objects::number()),
             _ => Some(unknown),
         },

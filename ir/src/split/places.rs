@@ -1,6 +1,7 @@
 //! Where the values of a function are defined and used, and where its blocks are entered from: found
 //! once, and kept right while the loops of the function are taken out of it one by one.
 
+use crate::pass::restrict_pointers_stay;
 use crate::program::{Block, Function, Inst, InstData, Value};
 use srp_archdesc::entity::{Entity, EntityMap};
 use srp_archdesc::isa::Ty;
@@ -22,6 +23,8 @@ pub(super) struct Places {
     users: EntityMap<Value, Vec<Block>>,
     /// The blocks that jump to each block, each once, in the order of the layout.
     preds: EntityMap<Block, Vec<Block>>,
+    /// Nothing that is loaded is based on a `restrict` pointer.
+    pub(super) restrict_stays: bool,
 }
 
 impl Places {
@@ -30,6 +33,7 @@ impl Places {
             defs: EntityMap::filled(func.values.len(), None),
             users: EntityMap::filled(func.values.len(), Vec::new()),
             preds: EntityMap::filled(func.blocks.len(), Vec::new()),
+            restrict_stays: restrict_pointers_stay(func),
         };
         for &block in &func.layout {
             places.add(func, block);

@@ -39,6 +39,11 @@ pub(super) struct Loop<'a> {
 }
 
 impl<'a> Loop<'a> {
+    /// True if nothing that the function loads is based on a `restrict` pointer.
+    pub(super) fn restrict_stays(&self) -> bool {
+        self.places.restrict_stays
+    }
+
     /// The loop with this header.
     pub(super) fn of(
         program: &'a Program,
