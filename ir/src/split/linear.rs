@@ -83,13 +83,13 @@ impl Linear {
         self.terms.len() <= MAX_TERMS
     }
 
-    /// How many low bits are zero whatever the atoms are.
+    /// The number of low bits that are zero whatever the atoms are.
     pub(super) fn zero_bits(&self) -> u32 {
         self.zero_bits_of_terms()
             .min(self.constant.trailing_zeros())
     }
 
-    /// How many low bits of everything but the constant are zero.
+    /// The number of low bits that are zero in everything but the constant.
     pub(super) fn zero_bits_of_terms(&self) -> u32 {
         let bits = self.terms.values().map(|c| c.trailing_zeros());
         bits.min().unwrap_or(32)

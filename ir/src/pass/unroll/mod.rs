@@ -26,7 +26,7 @@ use collapse::collapse;
 use estimate::Callees;
 use trial::written_out;
 
-/// What unrolling knows of a program beside the function.
+/// The program round the function that is unrolled, as far as that is asked about.
 struct Around<'a> {
     globals: &'a EntityMap<Global, GlobalData>,
     /// The globals whose values never change, where the whole program is known.
