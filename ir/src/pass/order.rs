@@ -38,6 +38,8 @@ pub const STANDARD: &[&str] = &[
     "promote",
     "ifconvert",
     "simplify",
+    "low-bits",
+    "simplify",
     "dead-stores",
     "simplify",
     "associative-math",

@@ -289,6 +289,11 @@ pub const PASSES: &[Pass] = &[
         }),
     },
     Pass {
+        name: "low-bits",
+        what: "Leaves out extensions of narrow types that only low bits come through, in recurrences first.",
+        run: Run::Function(|f, _| low_bits(f)),
+    },
+    Pass {
         name: "associative-math",
         what: "Associates sums and products for shorter recurrences, where that is allowed.",
         run: Run::Function(|f, context| {

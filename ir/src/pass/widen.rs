@@ -3,34 +3,10 @@
 //! of which the number of iterations is known before the loop runs.
 
 use super::defs::Defs;
+use super::narrow::{Range, extended, range};
 use crate::flow::{Flow, LoopData};
 use crate::program::*;
 use srp_archdesc::isa::Opcode;
-
-/// Words from the first to the last, as signed numbers.
-#[derive(Clone, Copy)]
-struct Range {
-    first: i64,
-    last: i64,
-}
-
-impl Range {
-    const WORDS: Range = Range {
-        first: i32::MIN as i64,
-        last: i32::MAX as i64,
-    };
-
-    fn with(self, other: Range) -> Range {
-        Range {
-            first: self.first.min(other.first),
-            last: self.last.max(other.last),
-        }
-    }
-
-    fn within(self, other: Range) -> bool {
-        other.first <= self.first && self.last <= other.last
-    }
-}
 
 /// Takes sums of counters for what they are narrowed to, where the test of the loop rules out that they differ.
 pub(crate) fn widen_counters(func: &mut Function) -> bool {
@@ -62,7 +38,8 @@ fn narrowed(func: &Function, defs: &Defs, data: &LoopData, place: usize) -> Opti
         _ => return None,
     };
     let next = back.args[place];
-    let (sum, ty) = extended(func, defs, next)?;
+    let (sum, narrow) = extended(func, defs, next)?;
+    let ty = narrow.range();
     let param = func.blocks[data.header].params[place];
     let stride = match defs.op(func, sum)? {
         (Opcode::Add, &[a, b]) if a == param => defs.word(func, b)? as i32,
@@ -78,58 +55,6 @@ fn narrowed(func: &Function, defs: &Defs, data: &LoopData, place: usize) -> Opti
     };
     let narrow = defs.inst(next)?;
     (before.within(ty) && after.within(ty)).then_some((narrow, sum))
-}
-
-/// The word of which a value has the low bits, extended, and what may come of that.
-fn extended(func: &Function, defs: &Defs, value: Value) -> Option<(Value, Range)> {
-    let (op, args) = defs.op(func, value)?;
-    let constant = |value: Value| defs.word(func, value);
-    match (op, args) {
-        (Opcode::And, &[wide, mask]) => {
-            let mask = constant(mask)?;
-            let last = i64::from(mask);
-            (mask < u32::MAX / 2 && (mask + 1).is_power_of_two())
-                .then_some((wide, Range { first: 0, last }))
-        }
-        (Opcode::Sar | Opcode::Shr, &[shifted, by]) => {
-            let (Opcode::Shl, &[wide, there]) = defs.op(func, shifted)? else {
-                return None;
-            };
-            let by =
-                constant(by).filter(|&by| constant(there) == Some(by) && (1..32).contains(&by))?;
-            let range = match op {
-                Opcode::Shr => Range {
-                    first: 0,
-                    last: (1 << (32 - by)) - 1,
-                },
-                _ => Range {
-                    first: -(1 << (31 - by)),
-                    last: (1 << (31 - by)) - 1,
-                },
-            };
-            Some((wide, range))
-        }
-        _ => None,
-    }
-}
-
-/// The words that a value may be.
-fn range(func: &Function, defs: &Defs, value: Value) -> Range {
-    if let Some(word) = defs.word(func, value) {
-        let word = i64::from(word as i32);
-        return Range {
-            first: word,
-            last: word,
-        };
-    }
-    let between = |first, last| Range { first, last };
-    match defs.op(func, value).map(|(op, _)| op) {
-        Some(Opcode::Lb | Opcode::Glb) => between(-0x80, 0x7f),
-        Some(Opcode::Lbu | Opcode::Glbu) => between(0, 0xff),
-        Some(Opcode::Lh | Opcode::Glh) => between(-0x8000, 0x7fff),
-        Some(Opcode::Lhu | Opcode::Glhu) => between(0, 0xffff),
-        _ => extended(func, defs, value).map_or(Range::WORDS, |(_, range)| range),
-    }
 }
 
 /// The words that a value of a type may be where a test that is made of it has this outcome.

@@ -2,6 +2,7 @@
 
 use crate::pass::alias::{Objects, Piece};
 use crate::pass::guards::Guards;
+use crate::pass::narrow::Narrow;
 use crate::program::*;
 use srp_archdesc::isa::{Effect, Opcode};
 
@@ -28,22 +29,12 @@ struct Known {
     over: Vec<(Value, Value)>,
 }
 
-/// The way from a word that was stored to what a load of its type gives.
-#[derive(Clone, Copy)]
-enum Narrow {
-    /// The same.
-    Not,
-    /// Its low bits, and zeros.
-    Mask(u32),
-    /// Its low bits, and copies of their sign: shifted there and back by so many bits.
-    Sign(u32),
-}
-
 /// The value of a load.
 pub(super) struct Held {
     value: Value,
     over: Vec<(Value, Value)>,
-    narrow: Narrow,
+    /// The type that it takes the low bits of, and extends.
+    narrow: Option<Narrow>,
     /// The load gives zero where this does not hold.
     under: Option<Value>,
 }
@@ -78,7 +69,7 @@ impl Loads {
             (Effect::Store, Some(piece)) => {
                 self.known.retain_mut(|k| {
                     let stays = k.piece == piece
-                        && returns(op, k.op).is_some_and(|way| matches!(way, Narrow::Not))
+                        && returns(op, k.op).is_some_and(|way| way.is_none())
                         && !guards.implies(k.guard, args[0])
                         && k.over.len() < MAX_OVER;
                     if stays {
@@ -113,11 +104,7 @@ fn held(k: &Known, op: Opcode, piece: &Piece, guard: Value, guards: &Guards) -> 
         return None;
     }
     let is_loaded = k.op == op;
-    let narrow = if is_loaded {
-        Narrow::Not
-    } else {
-        returns(k.op, op)?
-    };
+    let narrow = returns(k.op, op)?;
     // Nothing that was stored before the last store that surely was made is left.
     let surely = |&(under, _): &(Value, Value)| guards.implies(guard, under);
     let (value, over) = match k.over.iter().rposition(surely) {
@@ -133,18 +120,18 @@ fn held(k: &Known, op: Opcode, piece: &Piece, guard: Value, guards: &Guards) -> 
     })
 }
 
-/// The way from what a store or load was of to what a load of the same bytes gives; `None` where there is none.
-fn returns(from: Opcode, load: Opcode) -> Option<Narrow> {
+/// The type whose low bits of what a store or load was of a load of the same bytes extends, where it does not take it
+/// whole; `None` where it takes something else.
+pub(in crate::pass) fn returns(from: Opcode, load: Opcode) -> Option<Option<Narrow>> {
     use Opcode::*;
-    Some(match (from, load) {
-        _ if from == load => Narrow::Not,
-        (Sw, Lw) | (Sv, Lv) | (Gsw, Glw) | (Gsv, Glv) => Narrow::Not,
-        (Sb, Lbu) | (Gsb, Glbu) => Narrow::Mask(0xff),
-        (Sh, Lhu) | (Gsh, Glhu) => Narrow::Mask(0xffff),
-        (Sb, Lb) | (Gsb, Glb) => Narrow::Sign(24),
-        (Sh, Lh) | (Gsh, Glh) => Narrow::Sign(16),
-        _ => return None,
-    })
+    match (from, load) {
+        _ if from == load => Some(None),
+        (Sw, Lw) | (Sv, Lv) | (Gsw, Glw) | (Gsv, Glv) => Some(None),
+        (Sb, Lbu | Lb) | (Gsb, Glbu | Glb) | (Sh, Lhu | Lh) | (Gsh, Glhu | Glh) => {
+            Some(Narrow::loaded(load))
+        }
+        _ => None,
+    }
 }
 
 impl Held {
@@ -153,7 +140,7 @@ impl Held {
         let InstData { results, pos, .. } = &func.insts[load];
         let (pos, ty) = (*pos, func.values[results[0]]);
         let mut steps = Vec::new();
-        let mut make = |kind: InstKind| {
+        let make = |func: &mut Function, kind: InstKind, steps: &mut Vec<Inst>| {
             let inst = func.make_inst(kind, &[ty], pos);
             steps.push(inst);
             func.insts[inst].results[0]
@@ -161,23 +148,18 @@ impl Held {
         let of = |op, args| InstKind::Op { op, args, imm: 0 };
         let mut value = self.value;
         for (under, stored) in self.over {
-            value = make(of(Opcode::select(ty), vec![under, stored, value]));
+            let kind = of(Opcode::select(ty), vec![under, stored, value]);
+            value = make(func, kind, &mut steps);
         }
-        match self.narrow {
-            Narrow::Not => {}
-            Narrow::Mask(bits) => {
-                let mask = make(InstKind::Const(Bits::Word(bits)));
-                value = make(of(Opcode::And, vec![value, mask]));
-            }
-            Narrow::Sign(by) => {
-                let by = make(InstKind::Const(Bits::Word(by)));
-                let up = make(of(Opcode::Shl, vec![value, by]));
-                value = make(of(Opcode::Sar, vec![up, by]));
-            }
+        if let Some(narrow) = self.narrow {
+            let (extension, extended) = narrow.extend(func, value, pos);
+            steps.extend(extension);
+            value = extended;
         }
         if let Some(under) = self.under {
-            let zero = make(InstKind::Const(Bits::zero(ty)));
-            value = make(of(Opcode::select(ty), vec![under, value, zero]));
+            let zero = make(func, InstKind::Const(Bits::zero(ty)), &mut steps);
+            let kind = of(Opcode::select(ty), vec![under, value, zero]);
+            value = make(func, kind, &mut steps);
         }
         (steps, value)
     }

@@ -7,7 +7,7 @@
 use super::cfg::remove_unreached;
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
-use srp_archdesc::isa::{Opcode, Ty};
+use srp_archdesc::isa::Ty;
 use std::collections::BTreeMap;
 
 mod ssa;
@@ -131,15 +131,4 @@ fn cells(ranges: BTreeMap<Inst, Range>) -> (BTreeMap<Inst, Access>, EntityMap<Ce
     }
     let access = |(inst, range)| Some((inst, *cell_of.get(&range)?));
     (ranges.into_iter().filter_map(access).collect(), tys)
-}
-
-/// Shifts and masks that make a byte or half from a word, as the load does.
-fn narrowing(load: Opcode) -> Option<(Opcode, u32)> {
-    match load {
-        Opcode::Lb => Some((Opcode::Sar, 24)),
-        Opcode::Lh => Some((Opcode::Sar, 16)),
-        Opcode::Lbu => Some((Opcode::And, 0xff)),
-        Opcode::Lhu => Some((Opcode::And, 0xffff)),
-        _ => None,
-    }
 }

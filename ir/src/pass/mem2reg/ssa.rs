@@ -1,7 +1,8 @@
 //! Cells to values: where they meet they become block parameters (Cytron et al. 1991).
 
-use super::{Access, Cell, narrowing};
+use super::{Access, Cell};
 use crate::flow::{Cfg, Dominators};
+use crate::pass::narrow::Narrow;
 use crate::pass::rename::Renames;
 use crate::program::*;
 use srp_archdesc::entity::{Entity, EntityMap};
@@ -297,12 +298,10 @@ impl Promoter<'_> {
         if let Some(lane) = access.lane {
             value = self.op(place, Opcode::Vext, &[value], lane);
         }
-        if let Some((narrow, by)) = narrowing(op) {
-            let by = self.constant(place, by);
-            if narrow == Opcode::Sar {
-                value = self.op(place, Opcode::Shl, &[value, by], 0);
-            }
-            value = self.op(place, narrow, &[value, by], 0);
+        if let Some(narrow) = Narrow::loaded(op) {
+            let (insts, extended) = narrow.extend(self.func, value, place.pos);
+            place.insts.extend(insts);
+            value = extended;
         }
         if guarded {
             let ty = op.result().expect("loads have a result");
@@ -321,10 +320,6 @@ impl Promoter<'_> {
             imm: imm as i32,
         };
         self.make(place, kind, op.result().as_slice())
-    }
-
-    fn constant(&mut self, place: &mut Place<'_>, word: u32) -> Value {
-        self.make(place, InstKind::Const(Bits::Word(word)), &[Ty::Word])
     }
 
     fn make(&mut self, place: &mut Place<'_>, kind: InstKind, tys: &[Ty]) -> Value {
