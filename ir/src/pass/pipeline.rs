@@ -302,8 +302,10 @@ pub const PASSES: &[Pass] = &[
     },
     Pass {
         name: "recurrences",
-        what: "Takes what a loop carries last in its integer operations, so that its recurrences get shorter.",
-        run: Run::Function(|f, context| shorten_recurrences(f, context.has(&[Class::Imul]))),
+        what: "Takes what a loop carries last in its integer operations, and selects before it, so that its recurrences get shorter.",
+        run: Run::Function(|f, context| {
+            shorten_recurrences(f, &context.precision(), context.has(&[Class::Imul]))
+        }),
     },
     Pass {
         name: "fp-contract",

@@ -2,16 +2,18 @@
 //! recurrence through many operations becomes one through a single one.
 //!
 //! Of floating-point sums and products for those who ask, since results differ in their rounding. Of integer
-//! operations, which are exact, wherever it makes a recurrence shorter.
+//! operations, which are exact, wherever it makes a recurrence shorter. Selections leave recurrences of both.
 
 use super::cycle::{Cycles, latency};
 use super::fast_math::uses;
 use super::{Remark, dce};
 use crate::program::*;
 use rustc_hash::{FxHashMap, FxHashSet};
+use srp_archdesc::arch::Precision;
 use srp_archdesc::entity::EntityMap;
-use srp_archdesc::isa::{Opcode, Ty};
+use srp_archdesc::isa::Opcode;
 
+mod distribute;
 mod selected;
 mod sums;
 
@@ -49,12 +51,16 @@ pub(crate) fn reassociate(func: &mut Function, remarks: &mut Vec<Remark>) -> boo
     remarks.len() > before
 }
 
-/// Shortens the recurrences of integer operations in blocks that are loops.
+/// Shortens the recurrences of operations in blocks that are loops, where results stay as they are.
 /// `has_products`: the machine has units that multiply.
-pub(crate) fn shorten_recurrences(func: &mut Function, has_products: bool) -> bool {
+pub(crate) fn shorten_recurrences(
+    func: &mut Function,
+    precision: &Precision,
+    has_products: bool,
+) -> bool {
     let mut changed = false;
     for block in func.layout.clone() {
-        if distribute(func, block) | selected::take_in(func, block) {
+        if distribute::distribute(func, block, precision) | selected::take_in(func, block) {
             // What they leave unused is no use of a term.
             dce(func);
             changed = true;
@@ -63,89 +69,6 @@ pub(crate) fn shorten_recurrences(func: &mut Function, has_products: bool) -> bo
         changed |= !trees(func, block, INTEGERS).is_empty();
     }
     changed
-}
-
-/// Makes of `p ? s + x : s + y`, where a loop carries s and y may be nothing, the sum `s + (p ? x : y)`: the selection
-/// leaves the recurrence, unless this leads through p.
-fn distribute(func: &mut Function, block: Block) -> bool {
-    let cycles = Cycles::of(func, block);
-    if cycles.is_empty() {
-        return false;
-    }
-    let trees = Trees::of(func, block);
-    let mut changed = false;
-    for inst in func.blocks[block].insts.clone() {
-        let InstKind::Op {
-            op: Opcode::Sel,
-            args,
-            ..
-        } = &func.insts[inst].kind
-        else {
-            continue;
-        };
-        let [on, yes, no] = args[..] else {
-            continue;
-        };
-        let result = func.insts[inst].results[0];
-        if cycles.has(on, result) {
-            continue;
-        }
-        let Some((op, kept, ways)) = ways(func, &trees, &cycles, result, [yes, no]) else {
-            continue;
-        };
-        let pos = func.insts[inst].pos;
-        let zero = func.make_inst(InstKind::Const(Bits::Word(0)), &[Ty::Word], pos);
-        let nothing = func.insts[zero].results[0];
-        let ways = ways.map(|way| way.unwrap_or(nothing));
-        let chosen = func.make_inst(
-            InstKind::Op {
-                op: Opcode::Sel,
-                args: vec![on, ways[0], ways[1]],
-                imm: 0,
-            },
-            &[Ty::Word],
-            pos,
-        );
-        let args = vec![kept, func.insts[chosen].results[0]];
-        func.insts[inst].kind = InstKind::Op { op, args, imm: 0 };
-        let insts = &mut func.blocks[block].insts;
-        let place = insts.iter().position(|&i| i == inst).expect("it is there");
-        insts.splice(place..place, [zero, chosen]);
-        changed = true;
-    }
-    changed
-}
-
-/// A value that a loop carries on the way to `result`, and what an operation adds to it on each of two ways, if it does.
-fn ways(
-    func: &Function,
-    trees: &Trees,
-    cycles: &Cycles,
-    result: Value,
-    [yes, no]: [Value; 2],
-) -> Option<(Opcode, Value, [Option<Value>; 2])> {
-    let added = |sum: Value, kept: Value| {
-        let (_, op, args) = trees.inner(func, sum)?;
-        let has_zero = matches!(op, Opcode::Add | Opcode::Sub | Opcode::Or | Opcode::Xor);
-        let other = match args[..] {
-            [a, other] if a == kept => other,
-            [other, a] if a == kept && op != Opcode::Sub => other,
-            _ => return None,
-        };
-        (has_zero && cycles.has(kept, result) && !cycles.has(other, result)).then_some((op, other))
-    };
-    if let Some((op, other)) = added(yes, no) {
-        return Some((op, no, [Some(other), None]));
-    }
-    if let Some((op, other)) = added(no, yes) {
-        return Some((op, yes, [None, Some(other)]));
-    }
-    let (_, _, operands) = trees.inner(func, yes)?;
-    operands.iter().find_map(|&kept| {
-        let (op, one) = added(yes, kept)?;
-        let (same, other) = added(no, kept)?;
-        (op == same).then_some((op, kept, [Some(one), Some(other)]))
-    })
 }
 
 /// The operation of an associative instruction, with its operands.
