@@ -1,14 +1,9 @@
 //! Loads at the head of a loop of what the iteration before has loaded or stored, from the address that is
-//! now the loop's own: a parameter brings the value instead.
-//!
-//! In kernels only what was stored is brought, for that takes the way through memory out of a recurrence; more values on
-//! their way from iteration to iteration would take registers. The first iteration gets its value from a load before
-//! the loop.
+//! now the loop's own: a parameter brings the value instead. In kernels [another pass](super::forward) does that.
 
 use super::nearby::Facts;
-use super::preheader::{self, with_preheaders};
 use super::rename::Renames;
-use crate::flow::{Cfg, Flow, LoopData};
+use crate::flow::{Cfg, Flow};
 use crate::program::*;
 use srp_archdesc::isa::{Effect, Opcode};
 
@@ -45,91 +40,8 @@ pub(crate) fn carry(func: &mut Function) -> bool {
     changed
 }
 
-/// Carries values that kernels have stored from one iteration to the next.
-pub(crate) fn forward(func: &mut Function) -> bool {
-    let is_kernel = |func: &Function, data: &LoopData| {
-        func.blocks[data.header].kernel.is_some() && data.blocks.len() == 1
-    };
-    if (func.layout.iter()).all(|&block| func.blocks[block].kernel.is_none()) {
-        return false;
-    }
-    let Flow { cfg, loops, .. } = with_preheaders(func);
-    let facts = Facts::of(func);
-    let mut renames = Renames::default();
-    for data in loops.loops.values() {
-        if !is_kernel(func, data) {
-            continue;
-        }
-        let header = data.header;
-        let Some(before) = preheader::find(func, &cfg, data) else {
-            continue;
-        };
-        for inst in func.blocks[header].insts.clone() {
-            let InstData { kind, results, pos } = func.insts[inst].clone();
-            if let InstKind::Op {
-                op: Opcode::Lw,
-                args,
-                imm,
-            } = &kind
-                && facts.truths.contains(&args[0])
-                && let Some((terms, offset)) = loop_place(func, &facts, header, args[1])
-                && let Some(place) =
-                    arriving_from(func, &facts, header, header, &terms, offset, *imm)
-                && let Some(stored) = stored(func, &facts, header, &place)
-                && let Some(first) =
-                    arriving_from(func, &facts, header, before, &terms, offset, *imm)
-            {
-                let loaded = load_before(func, before, &first, pos);
-                let found = [(header, stored), (before, loaded)];
-                bring(func, header, results[0], &found, &mut renames);
-                func.blocks[header].insts.retain(|&i| i != inst);
-            } else if writes(&kind) {
-                break;
-            }
-        }
-    }
-    let changed = !renames.is_empty();
-    renames.apply(func);
-    changed
-}
-
-/// Loads the word at a place at the end of a block.
-fn load_before(func: &mut Function, block: Block, (terms, offset): &Place, pos: Pos) -> Value {
-    let mut address = func.append_const(block, Bits::Word(*offset), pos);
-    for &term in terms {
-        let sum = func.append_op(block, Opcode::Add, &[term, address], 0, pos);
-        address = sum.expect("a sum has a result");
-    }
-    let always = func.append_const(block, Bits::Pred(true), pos);
-    let loaded = func.append_op(block, Opcode::Lw, &[always, address], 0, pos);
-    loaded.expect("a load has a result")
-}
-
-/// The value that an iteration stores to a place and does not change any more.
-fn stored(func: &Function, facts: &Facts, block: Block, place: &Place) -> Option<Value> {
-    for &inst in func.blocks[block].insts.iter().rev() {
-        let kind = &func.insts[inst].kind;
-        if let InstKind::Op {
-            op: Opcode::Sw,
-            args,
-            imm,
-        } = kind
-            && facts.truths.contains(&args[0])
-        {
-            let (terms, offset) = facts.terms(args[1]);
-            if (terms, offset.wrapping_add_signed(*imm)) == *place {
-                return Some(args[2]);
-            }
-        }
-        if writes(kind) {
-            return None;
-        }
-    }
-    None
-}
-
 /// True if an instruction may write memory.
-fn writes(kind: &InstKind) -> bool {
+pub(super) fn writes(kind: &InstKind) -> bool {
     match kind {
         InstKind::Op { op, .. } => matches!(op.info().effect, Effect::Store | Effect::Io),
         InstKind::Call { .. } | InstKind::Launch { .. } => true,
@@ -138,7 +50,7 @@ fn writes(kind: &InstKind) -> bool {
 }
 
 /// An address as the sum of values and a constant.
-type Place = (Vec<Value>, u32);
+pub(super) type Place = (Vec<Value>, u32);
 
 /// For each way into a block, in the order of the predecessors, the value at an address that the block
 /// loads first; `None` if that is not known on all ways.
@@ -160,7 +72,12 @@ fn arriving(
 
 /// The place of an address that a block changes, where it is a sum of the block's parameters and of what does not
 /// change in its loop.
-fn loop_place(func: &Function, facts: &Facts, block: Block, address: Value) -> Option<Place> {
+pub(super) fn loop_place(
+    func: &Function,
+    facts: &Facts,
+    block: Block,
+    address: Value,
+) -> Option<Place> {
     let (terms, offset) = facts.terms(address);
     let params = &func.blocks[block].params;
     // Only what the loop changes is worth a parameter.
@@ -174,7 +91,7 @@ fn loop_place(func: &Function, facts: &Facts, block: Block, address: Value) -> O
 }
 
 /// The state of a place in a block before the block is entered from another.
-fn arriving_from(
+pub(super) fn arriving_from(
     func: &Function,
     facts: &Facts,
     block: Block,
@@ -238,7 +155,7 @@ fn held(
 }
 
 /// Gives a block a parameter in the place of a value.
-fn bring(
+pub(super) fn bring(
     func: &mut Function,
     block: Block,
     value: Value,

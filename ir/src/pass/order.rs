@@ -53,6 +53,8 @@ pub const STANDARD: &[&str] = &[
     "simplify",
     "forward",
     "simplify",
+    "low-bits",
+    "simplify",
     "compact",
 ];
 

@@ -8,6 +8,7 @@ use super::rename::Renames;
 use crate::flow::{Cfg, Dominators};
 use crate::program::*;
 use loads::Loads;
+pub(super) use loads::returns;
 use rustc_hash::FxHashMap;
 use srp_archdesc::isa::Opcode;
 
