@@ -35,10 +35,10 @@ pub fn allocatable(srp: &Srp, ty: Ty) -> u32 {
     }
 }
 
-/// Words that can wait in central registers for a loop on the array: none where there is no such file.
-pub fn live_ins(srp: &Srp) -> u32 {
-    let file = srp.central(Ty::Word);
-    file.map_or(0, |_| allocatable(srp, Ty::Word))
+/// Values of each type, in the order of [`Ty::ALL`], that can wait in central registers for a loop on the array: none where
+/// there is no such file.
+pub fn live_ins(srp: &Srp) -> [u32; Ty::ALL.len()] {
+    Ty::ALL.map(|ty| srp.central(ty).map_or(0, |_| allocatable(srp, ty)))
 }
 
 /// The stack pointer.

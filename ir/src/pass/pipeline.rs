@@ -7,7 +7,7 @@ use crate::verify::verify_functions;
 use serde::Serialize;
 use srp_archdesc::arch::Precision;
 use srp_archdesc::entity::EntityMap;
-use srp_archdesc::isa::Class;
+use srp_archdesc::isa::{Class, Ty};
 
 /// Permissions to change results of floating-point arithmetic beyond what C allows. Each place
 /// where a pass does so gets a [`Remark`].
@@ -37,8 +37,8 @@ pub struct Options {
     pub rewrites: Vec<Rewrite>,
     /// Classes of operations that no unit runs, and for which functions of the program stand in.
     pub software: Vec<Class>,
-    /// Words that can wait in registers for a loop on the array.
-    pub live_ins: u32,
+    /// Values of each type, in the order of [`Ty::ALL`], that can wait in registers for a loop on the array.
+    pub live_ins: [u32; Ty::ALL.len()],
 }
 
 impl Options {
@@ -55,7 +55,7 @@ impl Options {
             prefetch: None,
             rewrites: Vec::new(),
             software: Vec::new(),
-            live_ins: 62,
+            live_ins: [16, 62, 32],
         }
     }
 }

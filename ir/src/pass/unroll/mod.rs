@@ -17,6 +17,7 @@ use crate::program::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use srp_archdesc::arch::Precision;
 use srp_archdesc::entity::EntityMap;
+use srp_archdesc::isa::Ty;
 
 mod collapse;
 mod estimate;
@@ -33,8 +34,8 @@ struct Around<'a> {
     fixed: Option<EntityMap<Global, bool>>,
     callees: Callees,
     precision: Precision,
-    /// Words that can wait in registers for a loop.
-    live_ins: u32,
+    /// Values of each type that can wait in registers for a loop.
+    live_ins: [u32; Ty::ALL.len()],
 }
 
 /// Unrolls the loops inside marked ones; whether there were any. A loop with a pragma of its own
@@ -42,7 +43,7 @@ struct Around<'a> {
 pub(crate) fn unroll(
     program: &mut Program,
     precision: &Precision,
-    live_ins: u32,
+    live_ins: [u32; Ty::ALL.len()],
     simplify: &mut dyn FnMut(&mut Function),
 ) -> bool {
     if !program.funcs.values().any(has_marks) {

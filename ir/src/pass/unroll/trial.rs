@@ -9,6 +9,7 @@ use crate::pass::licm::licm;
 use crate::pass::trip::{Trip, trip};
 use crate::program::*;
 use rustc_hash::FxHashSet;
+use srp_archdesc::isa::Ty;
 
 /// Iterations that are written out at most.
 const MAX_TRIP: u32 = 32;
@@ -112,7 +113,10 @@ fn work(
     simplify(&mut converted);
     licm(&mut converted, around.globals);
     let is_block = blocks(&converted, header)?.len() == 1;
-    if is_block && live_ins(&converted, header) > around.live_ins {
+    let mut waiting = live_ins(&converted, header)
+        .into_iter()
+        .zip(around.live_ins);
+    if is_block && waiting.any(|(waiting, most)| waiting > most) {
         return None;
     }
     let (func, most) = match is_block {
@@ -126,8 +130,8 @@ fn work(
     (work.size() <= most).then_some(work)
 }
 
-/// Words that wait for a loop that is one block: those made before it, and the first ones of what it carries.
-fn live_ins(func: &Function, block: Block) -> u32 {
+/// Values of each type that wait for a loop that is one block: those made before it, and the first ones of what it carries.
+fn live_ins(func: &Function, block: Block) -> [u32; Ty::ALL.len()] {
     let data = &func.blocks[block];
     let results = data.insts.iter().flat_map(|&i| &func.insts[i].results);
     let own: FxHashSet<Value> = data.params.iter().chain(results).copied().collect();
@@ -145,7 +149,11 @@ fn live_ins(func: &Function, block: Block) -> u32 {
             waiting.remove(&inst.results[0]);
         }
     }
-    waiting.len() as u32
+    let mut count = [0; Ty::ALL.len()];
+    for value in waiting {
+        count[func.values[value] as usize] += 1;
+    }
+    count
 }
 
 /// The blocks of the loop with a header.
