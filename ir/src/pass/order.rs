@@ -18,6 +18,8 @@ pub const STANDARD: &[&str] = &[
     "software",
     "inline",
     "simplify",
+    "copies",
+    "simplify",
     "rewrite",
     "simplify",
     "unroll",

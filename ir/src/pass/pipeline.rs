@@ -205,6 +205,11 @@ pub const PASSES: &[Pass] = &[
         }),
     },
     Pass {
+        name: "copies",
+        what: "Writes out copies of a small, constant number of bytes.",
+        run: Run::Program(|program, _| copies(program)),
+    },
+    Pass {
         name: "constants",
         what: "Computes loads of globals that nothing writes.",
         run: Run::Program(|program, _| constants(program)),

@@ -3,6 +3,8 @@
 
 use super::Remark;
 use super::compact::compact;
+use super::copies::Copies;
+use super::prune::prune;
 use super::restrict::{FreshNumbers, forget_unused};
 use crate::flow::Flow;
 use crate::program::*;
@@ -10,10 +12,8 @@ use srp_archdesc::entity::{Entity, EntityMap};
 use std::collections::{BTreeMap, BTreeSet};
 
 mod callgraph;
-mod prune;
 
 use callgraph::CallGraph;
-use prune::prune;
 
 /// Instructions of a function that is inlined wherever it is called.
 pub(super) const SMALL: usize = 32;
@@ -27,7 +27,7 @@ pub(super) const MAX_SIZE: usize = 50_000;
 
 /// Inlines every call in a marked loop, however deep, and elsewhere, until a function is [`LARGE`],
 /// the calls of small functions and of functions that are called at one place only. Calls of recursive functions stay. Functions that
-/// nothing needs any more are [dropped](prune).
+/// nothing needs any more are [dropped](super::prune).
 ///
 /// The marked loops of an inlined function are copied with it; each copy gets a kernel name of its
 /// own, the original's if that is gone.
@@ -39,6 +39,7 @@ pub(crate) fn inline(program: &mut Program) -> Vec<Remark> {
         copies: BTreeMap::new(),
         numbers: BTreeMap::new(),
         restrict: FreshNumbers::of(program),
+        written_out: Copies::of(program),
         remarks: Vec::new(),
     };
     for &id in &graph.callees_first {
@@ -132,6 +133,8 @@ struct Inliner {
     /// The last number that a copy of each original got.
     numbers: BTreeMap<String, u32>,
     restrict: FreshNumbers,
+    /// The functions whose calls need not be inlined.
+    written_out: Copies,
     remarks: Vec<Remark>,
 }
 
@@ -200,6 +203,9 @@ impl Inliner {
                     continue;
                 }
             };
+            if (self.written_out).are_few(func, callee, func.insts[inst].kind.args()) {
+                continue;
+            }
             let data = &program.funcs[callee];
             if graph.recursive[callee] {
                 stays(&format!("{} is recursive", data.name));
