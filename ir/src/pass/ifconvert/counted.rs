@@ -27,9 +27,9 @@ pub(super) fn is_counted(func: &Function, data: &LoopData) -> bool {
 
 /// The values of a loop, by what they are made of.
 pub(super) struct Within<'a> {
-    func: &'a Function,
-    data: &'a LoopData,
-    inside: EntityMap<Value, bool>,
+    pub(super) func: &'a Function,
+    pub(super) data: &'a LoopData,
+    pub(super) inside: EntityMap<Value, bool>,
     defs: Defs,
 }
 
@@ -54,7 +54,7 @@ impl Within<'_> {
         }
     }
 
-    fn op(&self, value: Value) -> Option<(Opcode, &[Value])> {
+    pub(super) fn op(&self, value: Value) -> Option<(Opcode, &[Value])> {
         self.defs.op(self.func, value)
     }
 
@@ -128,7 +128,7 @@ impl Within<'_> {
     }
 
     /// The value of a parameter of the header in the next iteration.
-    fn next(&self, place: usize) -> Option<Value> {
+    pub(super) fn next(&self, place: usize) -> Option<Value> {
         let latch = self.data.latches.first()?;
         let mut targets = self.func.blocks[*latch].end.targets();
         let back = targets.find(|t| t.block == self.data.header)?;

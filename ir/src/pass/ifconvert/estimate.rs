@@ -5,6 +5,7 @@
 
 use super::ahead::{Ahead, latency};
 use super::counted::Within;
+use super::limit::Limit;
 use crate::flow::{Dominators, LoopData};
 use crate::pass::alias::Objects;
 use crate::program::*;
@@ -39,6 +40,7 @@ pub(super) fn estimate(
     dominators: &Dominators,
     data: &LoopData,
     ahead: &Ahead,
+    limit: Option<&Limit>,
 ) -> Estimate {
     let body = Body {
         func,
@@ -55,20 +57,38 @@ pub(super) fn estimate(
     let interval = (recurrence.max(ahead.wait(func, data)))
         .max(size.div_ceil(ARRAY_OPERATIONS))
         .max(1);
-    let (mut iterations, mut launches, mut chunk) = (0, 0, FIRST_CHUNK);
-    while iterations < USUAL {
-        iterations += chunk;
-        launches += 1;
-        chunk = (2 * chunk).min(LONGEST_CHUNK);
-    }
     let of_one = LEAST
         .max(size.div_ceil(VLIW_OPERATIONS))
         .max(recurrence + BRANCH);
+    // Where it runs a few times at most, each number of them is as good a guess as any.
+    let most = limit
+        .and_then(Limit::count)
+        .map_or(u32::MAX, |most| most.max(1));
+    let guesses = match most < 2 * USUAL {
+        true => 1..=most,
+        false => USUAL..=USUAL,
+    };
+    let number = guesses.clone().count() as u32;
+    let (iterations, launches) = (guesses.clone())
+        .map(|guess| in_chunks(guess, most))
+        .fold((0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+    let usual: u32 = guesses.sum();
     Estimate {
-        iterations: USUAL,
-        array: iterations * interval + launches * LAUNCH,
-        vliw: USUAL * of_one,
+        iterations: usual.div_ceil(number),
+        array: (iterations * interval + launches * LAUNCH).div_ceil(number),
+        vliw: (usual * of_one).div_ceil(number),
     }
+}
+
+/// The iterations of the chunks that a loop takes which runs so many times, of so many at most, and the launches.
+fn in_chunks(times: u32, most: u32) -> (u32, u32) {
+    let (mut iterations, mut launches, mut chunk) = (0, 0, FIRST_CHUNK);
+    while iterations < times {
+        iterations += chunk.min(most - iterations);
+        launches += 1;
+        chunk = (2 * chunk).min(LONGEST_CHUNK);
+    }
+    (iterations, launches)
 }
 
 /// The longest way, in cycles of a common machine, from a value of the loop to what it is in the next

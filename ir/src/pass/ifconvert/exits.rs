@@ -5,20 +5,22 @@
 //! a list or of a string), is run in *chunks*: until it has taken a way out it is
 //! *alive*, and what is left of a chunk then does nothing, for its loads, stores and divisions are
 //! under that predicate, but for loads that [need not wait](super::ahead). Control code goes on behind the chunk where the loop was left, or with the
-//! next chunk, which is twice as long.
+//! next chunk, which is twice as long, but no longer than [the loop may run](super::limit).
 //!
 //! ```text
-//!   outer(p, m):     jump header(p, 0, true, 0, …)
+//!   outer(p, m):     n = min(m, most(p)); jump header(p, 0, true, 0, …)
 //!   header(p, k, alive, way, values…):   br alive, body, latch(…)
 //!   body:            … a way out: jump latch(any p, false, its number, what it brings)
 //!                    … the way back: jump latch(next p, true, …)
-//!   latch(p, alive, way, values…):       br k + 1 < m, header(…), after
+//!   latch(p, alive, way, values…):       br k + 1 < n, header(…), after
 //!   after:           br alive, outer(p, 2 m), the way out
 //! ```
 
 use super::ahead::Ahead;
+use super::at::At;
 use super::counted::is_counted;
 use super::estimate::{FIRST_CHUNK, LONGEST_CHUNK, estimate};
+use super::limit::Limit;
 use crate::flow::{Flow, LoopData};
 use crate::pass::slots::{Uses, demote};
 use crate::program::*;
@@ -74,10 +76,11 @@ pub(super) fn run_in_chunks(func: &mut Function, globals: &EntityMap<Global, Glo
         }
         // Before the slots, whose stores nothing has to wait for.
         let ahead = Ahead::of(func, globals, data);
-        let estimate = estimate(func, &dominators, data, &ahead);
+        let limit = Limit::of(func, &dominators, data);
+        let estimate = estimate(func, &dominators, data, &ahead, limit.as_ref());
         if required || estimate.array < estimate.vliw {
             demote(func, &data.blocks, Uses::Outside);
-            chunks(func, data, ahead, &mut free);
+            chunks(func, data, ahead, limit.as_ref(), &mut free);
         } else if let Some(mark) = &mut func.blocks[data.header].kernel {
             mark.slower = Some(estimate);
         }
@@ -85,55 +88,24 @@ pub(super) fn run_in_chunks(func: &mut Function, globals: &EntityMap<Global, Glo
     free
 }
 
-/// Instructions put at the end of a block.
-struct At<'a> {
-    func: &'a mut Function,
-    pos: Pos,
-}
-
-impl At<'_> {
-    fn block(&mut self) -> Block {
-        let block = self.func.blocks.push(BlockData::unreachable());
-        self.func.blocks[block].end_pos = self.pos;
-        block
-    }
-
-    fn constant(&mut self, block: Block, bits: Bits) -> Value {
-        self.func.append_const(block, bits, self.pos)
-    }
-
-    fn op(&mut self, block: Block, op: Opcode, args: &[Value]) -> Value {
-        let made = self.func.append_op(block, op, args, 0, self.pos);
-        made.expect("operations of words have results")
-    }
-
-    fn params(&mut self, block: Block, tys: &[Ty]) -> Vec<Value> {
-        tys.iter()
-            .map(|&ty| self.func.add_param(block, ty))
-            .collect()
-    }
-
-    fn end(&mut self, block: Block, end: Terminator) {
-        self.func.blocks[block].end = end;
-    }
-
-    fn jump(&mut self, block: Block, to: Block, args: Vec<Value>) {
-        self.end(block, Terminator::Jump(Target { block: to, args }));
-    }
-}
-
 /// Makes a loop one of chunks.
-fn chunks(func: &mut Function, data: &LoopData, ahead: Ahead, free: &mut Free) {
+fn chunks(
+    func: &mut Function,
+    data: &LoopData,
+    ahead: Ahead,
+    limit: Option<&Limit>,
+    free: &mut Free,
+) {
     let mark = func.blocks[data.header].kernel.take();
     let pos = mark.as_ref().map_or(Pos::nowhere(), |mark| mark.pos);
     let mut chunks = Chunks::of(func, pos, data);
     chunks.enter();
-    let chunk = chunks.outer();
+    let (longest, chunk) = chunks.outer(limit);
     let state = chunks.header(ahead, mark);
     chunks.ways_out(&state, free);
     chunks.way_back(&state, free);
     let ended = chunks.latch(state.count, chunk);
-    chunks.after(&ended, chunk);
+    chunks.after(&ended, longest);
     chunks.dispatch(&ended);
     chunks.lay_out();
 }
@@ -212,11 +184,15 @@ impl<'a> Chunks<'a> {
         self.at.jump(self.entry, self.outer, args);
     }
 
-    /// Begins a chunk. Returns its length.
-    fn outer(&mut self) -> Value {
+    /// Begins a chunk. Returns the length that it may have, and the one that it has: no more than a limit of the loop.
+    fn outer(&mut self, limit: Option<&Limit>) -> (Value, Value) {
         let outer = self.outer;
         let mut args = self.at.params(outer, &self.tys);
-        let chunk = self.at.func.add_param(outer, Ty::Word);
+        let longest = self.at.func.add_param(outer, Ty::Word);
+        let chunk = match limit {
+            Some(limit) => limit.clip(&mut self.at, outer, &args, longest),
+            None => longest,
+        };
         args.push(self.at.constant(outer, Bits::Word(0)));
         args.push(self.at.constant(outer, Bits::Pred(true)));
         args.push(self.at.constant(outer, Bits::Word(0)));
@@ -224,7 +200,7 @@ impl<'a> Chunks<'a> {
             args.push(self.at.constant(outer, Bits::zero(ty)));
         }
         self.at.jump(outer, self.header, args);
-        chunk
+        (longest, chunk)
     }
 
     /// Begins an iteration of the kernel: goes on to the body while the loop is alive.
@@ -319,7 +295,7 @@ impl<'a> Chunks<'a> {
         let kept = self.at.params(latch, &self.brought);
         let one = self.at.constant(latch, Bits::Word(1));
         let counted = self.at.op(latch, Opcode::Add, &[count, one]);
-        let more = self.at.op(latch, Opcode::Ltu, &[counted, chunk]);
+        let more = self.at.op(latch, Opcode::Lt, &[counted, chunk]);
         let state = next.iter().chain([&counted, &alive, &way]).chain(&kept);
         let end = Terminator::Branch {
             cond: more,

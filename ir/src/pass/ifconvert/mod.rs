@@ -13,9 +13,12 @@ use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 
 mod ahead;
+mod at;
 mod counted;
 mod estimate;
 mod exits;
+mod latches;
+mod limit;
 mod predicates;
 
 use exits::{Free, run_in_chunks};
@@ -34,6 +37,7 @@ pub(crate) fn ifconvert(
     }
     // A block that nothing reaches may still lead into a loop that becomes one block.
     remove_unreached(func);
+    latches::join(func);
     let free = run_in_chunks(func, globals);
     let flow = Flow::of(func);
     let mut renames = Renames::default();
