@@ -6,6 +6,7 @@
 //! All others may: a pair of them is ordered in every iteration, and a [`Remark`] says so.
 
 use super::body::Body;
+use super::exchange;
 use super::induction::Inductions;
 use super::linear::{Affine, Linear, first_in_window};
 use super::objects::{Objects, objects_of};
@@ -94,7 +95,10 @@ pub(super) fn order(
             if !(first.is_store || second.is_store) || first.space != second.space {
                 continue;
             }
-            let meeting = meet(first, second);
+            let meeting = match exchanged(lp, mark, first, second) {
+                true => NEVER,
+                false => meet(first, second),
+            };
             let limit = u64::from(trip.unwrap_or(MAX_OVERLAP).min(MAX_OVERLAP));
             let possible = |d: &u64| *d < limit;
             let edge = |from: Node, to: Node, distance: u64| Order {
@@ -281,6 +285,15 @@ fn exclusive(a: &Access, b: &Access) -> bool {
     a.guard
         .iter()
         .any(|(fact, sense)| b.guard.contains(&(*fact, !sense)))
+}
+
+/// True if two accesses are by pointers that are exchanged outside of the loop, into two objects.
+fn exchanged(lp: &Loop<'_>, mark: &KernelMark, one: &Access, other: &Access) -> bool {
+    let (Some(a), Some(b)) = (&one.address, &other.address) else {
+        return false;
+    };
+    let is_by_one = |access: &Access| access.objects.points();
+    is_by_one(one) && is_by_one(other) && exchange::are_apart(lp, mark, &a.base, &b.base)
 }
 
 /// How two accesses can meet, `first` before `second` in the loop.

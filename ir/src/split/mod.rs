@@ -9,6 +9,7 @@
 
 mod body;
 mod counters;
+mod exchange;
 mod induction;
 mod linear;
 mod memory;

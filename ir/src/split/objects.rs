@@ -72,7 +72,8 @@ impl Objects {
         }
     }
 
-    fn points(&self) -> bool {
+    /// True if it points into objects and can be nothing else.
+    pub(super) fn points(&self) -> bool {
         !self.objects.is_empty() && !self.number && !self.anywhere && !self.across
     }
 

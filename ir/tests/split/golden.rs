@@ -105,3 +105,8 @@ fn refused() {
 fn calls() {
     check("calls");
 }
+
+#[test]
+fn exchange() {
+    check("exchange");
+}
