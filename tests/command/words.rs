@@ -177,3 +177,36 @@ fn a_machine_without_constants_is_refused_in_words() {
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("room for constants"), "{said}");
 }
+
+/// Conditions that are the same in every iteration wait in registers of their own kind: the reason names those.
+#[test]
+fn what_finds_no_register_before_a_loop_is_named() {
+    let folder = folder("conditions");
+    let conditions: String = (1..=18)
+        .map(|c| format!("if (n > {c}) s = s * {c} + 1;\n"))
+        .collect();
+    let text = format!(
+        "int x[64];\nvoid f(int n) {{\nfor (int i = 0; i < 64; i++) {{ int s = x[i]; {conditions} x[i] = s; }}\n}}\n\
+         int main(void) {{ f(x[3]); return 0; }}\n"
+    );
+    write(&folder, "many.c", &text);
+    let said = |args: &[&str]| {
+        let output = srp(&folder, args);
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let few = said(&["run", "many.c", "-R", "pass"]);
+    assert!(
+        few.contains("18 conditions from before the loop wait"),
+        "{few}"
+    );
+    assert!(few.contains("of which 16 hold such"), "{few}");
+    let more = said(&[
+        "run",
+        "many.c",
+        "-R",
+        "pass",
+        "--set",
+        "file[name=pred].size=32",
+    ]);
+    assert!(more.contains("is on the array"), "{more}");
+}

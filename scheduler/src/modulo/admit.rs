@@ -86,12 +86,14 @@ pub(super) fn places_of_values(problem: &Problem<'_>) -> u64 {
 /// order, and after them the [reserved ones](abi::reserved).
 pub(super) fn fixed_registers(dfg: &Dfg, srp: &Srp) -> Result<Vec<Reg>, Unschedulable> {
     let passing = abi::passing(srp, dfg.live_ins.iter().map(|l| l.ty));
-    let reserved = abi::reserved(srp).into_iter().map(Some);
-    passing
-        .into_iter()
-        .chain(reserved)
-        .collect::<Option<Vec<Reg>>>()
-        .ok_or(Unschedulable::LiveIns {
-            count: dfg.live_ins.len(),
-        })
+    if let Some(place) = passing.iter().position(Option::is_none) {
+        let ty = dfg.live_ins[place].ty;
+        return Err(Unschedulable::LiveIns {
+            ty,
+            count: dfg.live_ins.iter().filter(|live| live.ty == ty).count(),
+            room: abi::live_ins(srp)[ty as usize],
+        });
+    }
+    let reserved = abi::reserved(srp);
+    Ok(passing.into_iter().flatten().chain(reserved).collect())
 }

@@ -5,7 +5,7 @@ use super::place::Conflict;
 use super::problem::{Goal, Problem};
 use serde::{Deserialize, Serialize};
 use srp_archdesc::arch::RegFile;
-use srp_archdesc::isa::Opcode;
+use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::dfg::{Dfg, Node};
 
 /// An operation of a loop, with its name in messages.
@@ -193,8 +193,12 @@ impl FailedIi {
 pub enum Unschedulable {
     /// Its live-in values do not fit in the central registers.
     LiveIns {
-        /// How many there are.
+        /// The type of those that find no place.
+        ty: Ty,
+        /// The number of those.
         count: usize,
+        /// The number of registers that hold such values.
+        room: u32,
     },
     /// The array cannot write a value into the central registers, where it is kept after the loop.
     LiveOut {
@@ -267,8 +271,16 @@ impl Unschedulable {
     /// In words, where operations have these names.
     pub fn words(&self, name: &dyn Fn(&Operation) -> String) -> String {
         match self {
-            Unschedulable::LiveIns { count } => {
-                format!("its {count} live-in values do not fit in the central registers")
+            Unschedulable::LiveIns { ty, count, room } => {
+                let values = match ty {
+                    Ty::Pred => "conditions",
+                    Ty::Word => "words",
+                    Ty::Vec => "vectors",
+                };
+                format!(
+                    "{count} {values} from before the loop wait in central registers, of which {room} hold such: compute some of \
+                     them in the loop, or give that file more registers"
+                )
             }
             Unschedulable::LiveOut { bits } => format!(
                 "no unit of the array writes central registers of {bits} bits, where a value stays after the loop"
