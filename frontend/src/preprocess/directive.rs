@@ -9,6 +9,7 @@ use crate::message::{
 use crate::source::{Name, Range};
 use srp_archdesc::diagnostic::Span;
 use srp_archdesc::nearest::nearest;
+use srp_ir::pass::MAX_UNROLL;
 use srp_ir::program::SourceFile;
 use std::rc::Rc;
 
@@ -23,9 +24,6 @@ const DIRECTIVES: [&str; 13] = [
     "include", "define", "undef", "if", "ifdef", "ifndef", "elif", "else", "endif", "error",
     "warning", "pragma", "line",
 ];
-
-/// Largest count of `#pragma srp unroll`.
-pub(crate) const MAX_UNROLL: u32 = 64;
 
 impl Preprocessor<'_> {
     /// Follows the directive `# line`.

@@ -58,6 +58,9 @@ use crate::program::Pos;
 /// is written so; no pass does it.
 pub const APPROXIMATE: &str = "approx-func";
 
+/// Iterations of a loop that a pragma can write out.
+pub const MAX_UNROLL: u32 = 64;
+
 pub use alias::{Object, Objects};
 pub use compact::compact_program;
 pub use order::{CONTROL, STANDARD};
@@ -65,6 +68,7 @@ pub use pipeline::{
     FastMath, Options, PASSES, Pass, optimise, optimise_control, parse, pass, run, standard,
 };
 pub use places::places;
+pub(crate) use trip::trip;
 
 use addresses::addresses;
 use balance::balance;

@@ -12,13 +12,13 @@ const MAX_DEPTH: u32 = 24;
 
 /// The number of iterations that a loop begins, and the block whose test says so.
 #[derive(Clone, Copy)]
-pub(super) struct Trip {
-    pub(super) count: u32,
+pub(crate) struct Trip {
+    pub(crate) count: u32,
     pub(super) test: Block,
 }
 
 /// The number of iterations of a loop, if one of its tests that every iteration makes depends on constants alone.
-pub(super) fn trip(
+pub(crate) fn trip(
     func: &Function,
     dominators: &Dominators,
     data: &LoopData,

@@ -12,8 +12,11 @@ pub enum Reason {
     NeverEnds,
     /// No path leads back to its header.
     NoWayBack,
-    /// There is another loop inside it.
-    InnerLoop,
+    /// There is another loop inside it, of a known number of iterations or not.
+    InnerLoop {
+        /// That number, if a pragma can write them out.
+        count: Option<u32>,
+    },
     /// It is left in more than one place.
     SeveralExits,
     /// Only running it tells where it is left, and for some iterations it takes more cycles on the array than on the
@@ -67,10 +70,14 @@ impl std::fmt::Display for Reason {
         f.write_str(match self {
             Reason::NeverEnds => "the loop never ends",
             Reason::NoWayBack => "no path leads back to the start of the loop",
-            Reason::InnerLoop => {
-                "there is another loop inside it; where that has a known number of iterations, `#pragma srp unroll N` \
-                 before it writes them out"
+            Reason::InnerLoop { count: Some(count) } => {
+                return write!(
+                    f,
+                    "there is another loop inside it, of {count} iterations; `#pragma srp unroll {count}` before that one \
+                     writes them out"
+                );
             }
+            Reason::InnerLoop { count: None } => "there is another loop inside it",
             Reason::SeveralExits => "it is left in more than one place",
             Reason::SlowerInChunks(Estimate {
                 iterations,

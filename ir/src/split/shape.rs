@@ -3,9 +3,11 @@
 use super::places::{Def, Places};
 use super::{Reason, Refusal};
 use crate::flow::Flow;
+use crate::pass::{MAX_UNROLL, trip};
 use crate::program::{
     Bits, Block, Callee, Func, Function, InstKind, Program, Target, Terminator, Value,
 };
+use srp_archdesc::arch::Precision;
 use srp_archdesc::isa::{Effect, Opcode, Ty};
 use std::collections::BTreeSet;
 
@@ -241,7 +243,9 @@ fn why_not_inlined(program: &Program, callee: Func) -> Reason {
 
 /// Returns the reason why the loop with this header is not a single block.
 fn why_not_one_block(program: &Program, func: &Function, header: Block) -> Refusal {
-    let loops = Flow::of(func).loops;
+    let Flow {
+        loops, dominators, ..
+    } = Flow::of(func);
     let pos = func.blocks[header].end_pos;
     let Some((id, data)) = loops.loops.iter().find(|(_, l)| l.header == header) else {
         let reason = Reason::NoWayBack;
@@ -254,9 +258,12 @@ fn why_not_one_block(program: &Program, func: &Function, header: Block) -> Refus
     }
     if let Some((_, inner)) = loops.inside(id).next() {
         let statement = func.blocks[inner.header].kernel.as_ref().map(|m| m.pos);
+        let trip = trip(func, &dominators, inner, MAX_UNROLL, &Precision::EXACT);
         return Refusal {
             pos: statement.unwrap_or(func.blocks[inner.latches[0]].end_pos),
-            reason: Reason::InnerLoop,
+            reason: Reason::InnerLoop {
+                count: trip.map(|trip| trip.count),
+            },
         };
     }
     let early = |b: &&Block| !data.latches.contains(b);
