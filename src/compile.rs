@@ -231,7 +231,7 @@ pub(crate) fn say_not_pipelined(
     }
     report.loops.iter().for_each(say_restrict);
     let others = report.not_pipelined.iter().filter(|n| !n.required);
-    others.for_each(say_obstacle);
+    say_obstacles(others);
     Ok(())
 }
 
@@ -308,10 +308,16 @@ fn say_restrict(aliased: &LoopReport) {
     let Some(bound) = aliased.restrict_bound else {
         return;
     };
-    for pair in &aliased.ordered {
+    for pair in aliased.ordered.iter().take(report::MOST_ORDERED) {
         talk::say(format_args!(
             "remark: {}: {}: it and {}: {}",
             pair.first, aliased.kernel, pair.second, pair.why
+        ));
+    }
+    if let more @ 1.. = aliased.ordered.len().saturating_sub(report::MOST_ORDERED) {
+        talk::say(format_args!(
+            "remark: {}: {}: so it is with {more} more pairs of accesses, which `srp report --json` lists",
+            aliased.at, aliased.kernel
         ));
     }
     talk::say(format_args!(
@@ -323,9 +329,10 @@ fn say_restrict(aliased: &LoopReport) {
     ));
 }
 
-fn say_obstacle(obstacle: &NotPipelined) {
-    let text = report::not_pipelined(obstacle);
-    talk::say(format_args!("remark: {}", text.trim_end()));
+fn say_obstacles<'a>(loops: impl IntoIterator<Item = &'a NotPipelined>) {
+    for text in report::not_pipelined(loops) {
+        talk::say(format_args!("remark: {}", text.trim_end()));
+    }
 }
 
 /// Where forms are written.
@@ -418,9 +425,7 @@ fn divided(input: Input, arch: &Arch) -> Result<Dre, Failure> {
             let divided = divide(&mut program, arch)?;
             let required = divided.not_pipelined.iter().filter(|n| n.required);
             let files = &divided.dre.control.files;
-            for obstacle in &loops::not_pipelined(required, files) {
-                say_obstacle(obstacle);
-            }
+            say_obstacles(&loops::not_pipelined(required, files));
             Ok(divided.dre)
         }
         Input::Dre(dre) => Ok(*dre),

@@ -29,8 +29,9 @@ pub(crate) struct Camera {
 /// How far light is followed, and what the kernels are built for.
 #[derive(Args)]
 pub(crate) struct Shading {
-    /// Build the kernels for more or less than the scene calls for: +NAME and -NAME change its set,
-    /// names alone are a set, and a frame that meets what is not in it stops (see `srp effects`)
+    /// Build the kernels for more or less than the scene calls for: +NAME and -NAME change its set, where of an effect that is
+    /// left out the pixels are told that it touches; names alone are a set, and a frame that meets what is not in it stops
+    /// (see `srp effects`)
     #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_parser = parse_effects)]
     pub(crate) effects: Option<String>,
     /// Rays through each pixel

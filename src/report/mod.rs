@@ -11,4 +11,4 @@ pub(crate) mod watch;
 pub(crate) use command::{compare, run};
 pub(crate) use diff::in_words as machines_in_words;
 pub(crate) use output::Loops;
-pub(crate) use text::not_pipelined;
+pub(crate) use text::{MOST_ORDERED, not_pipelined};

@@ -10,11 +10,13 @@ use srp_studies::proofs;
 use std::fmt::Write;
 
 /// Pairs of accesses that are shown of a loop.
-const MOST_ORDERED: usize = 4;
+pub(crate) const MOST_ORDERED: usize = 4;
 /// Changes of the machine that are shown at the top.
 const MOST_ADVICE: usize = 6;
 /// Resources that are shown of a loop.
 const MOST_RESOURCES: usize = 5;
+/// Copies of a loop that are named.
+const MOST_COPIES: usize = 4;
 /// Links and register files that are shown of a loop, the busiest.
 const MOST_LISTED: usize = 12;
 
@@ -25,9 +27,9 @@ pub(super) fn text(report: &Report) -> String {
     for l in &report.loops {
         details(&mut out, l, report.array.contexts);
     }
-    for n in &report.not_pipelined {
+    for said in not_pipelined(&report.not_pipelined) {
         out.push('\n');
-        out.push_str(&not_pipelined(n));
+        out.push_str(&said);
     }
     functions(&mut out, &report.functions);
     out
@@ -445,13 +447,31 @@ fn more(out: &mut String, all: usize, shown: usize, what: &str) {
     }
 }
 
-/// Why a loop is not on the array.
-pub(crate) fn not_pipelined(n: &NotPipelined) -> String {
-    let (at, kernel, reason): (&Position, _, _) = (&n.at, &n.kernel, &n.reason);
-    format!(
-        "{at}: {kernel} is not on the array: {reason}\n  {}\n",
-        n.reason_at
-    )
+/// Why loops are not on the array: a text for each, or for the copies of one that inlining has made.
+pub(crate) fn not_pipelined<'a>(loops: impl IntoIterator<Item = &'a NotPipelined>) -> Vec<String> {
+    let mut all: Vec<(&NotPipelined, Vec<&str>)> = Vec::new();
+    for n in loops {
+        let same = |of: &NotPipelined| {
+            (&of.at, &of.reason_at, &of.reason) == (&n.at, &n.reason_at, &n.reason)
+        };
+        match all.iter_mut().find(|(of, _)| same(of)) {
+            Some((_, copies)) => copies.push(&n.kernel),
+            None => all.push((n, Vec::new())),
+        }
+    }
+    let said = |(n, copies): (&NotPipelined, Vec<&str>)| {
+        let (at, kernel, reason): (&Position, _, _) = (&n.at, &n.kernel, &n.reason);
+        let copies = match &copies[..] {
+            [] => String::new(),
+            few if few.len() <= MOST_COPIES => format!(" (and {})", few.join(", ")),
+            many => format!(" (and {} copies)", many.len()),
+        };
+        format!(
+            "{at}: {kernel}{copies} is not on the array: {reason}\n  {}\n",
+            n.reason_at
+        )
+    };
+    all.into_iter().map(said).collect()
 }
 
 fn cycles(n: u32) -> String {

@@ -210,3 +210,23 @@ fn what_finds_no_register_before_a_loop_is_named() {
     ]);
     assert!(more.contains("is on the array"), "{more}");
 }
+
+/// The copies of a loop that inlining has made have one reason: it is told once.
+#[test]
+fn copies_of_a_loop_are_told_once() {
+    let folder = folder("copies");
+    write(
+        &folder,
+        "gcd.c",
+        "int x[8];\n\
+         static int gcd(int a, int b) { while (b) { int t = a % b; a = b; b = t; } return a; }\n\
+         int main(void) { x[0] = gcd(x[1], x[2]); x[3] = gcd(x[4], x[5]); x[6] = gcd(x[7], x[2]); return 0; }\n",
+    );
+    let output = srp(&folder, &["run", "gcd.c", "-R", "pass"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(said.matches("is not on the array").count(), 1, "{said}");
+    assert!(
+        said.contains("gcd (and gcd_2, gcd_3) is not on the array"),
+        "{said}"
+    );
+}
