@@ -5,6 +5,7 @@
 use super::defs::Defs;
 use super::prune::prune;
 use super::rename::Renames;
+use super::rewrite::is_library;
 use crate::program::*;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::Opcode;
@@ -34,7 +35,7 @@ impl Copies {
         let ways = program.funcs.values().map(|func| {
             let file = program.files.get(func.pos.file)?;
             match func.name.as_str() {
-                _ if !file.starts_with("kernels/libc/") => None,
+                _ if !is_library(file) => None,
                 "memcpy" | "memmove" => Some(Way::Copy),
                 "memset" => Some(Way::Fill),
                 _ => None,
@@ -45,16 +46,10 @@ impl Copies {
 
     /// True for a call that may be written out by [`copies`], and need not be inlined for that.
     pub(super) fn are_few(&self, func: &Function, callee: Func, args: &[Value]) -> bool {
-        let is_constant = |value: Value| {
-            func.insts.values().find_map(|inst| match inst.kind {
-                InstKind::Const(Bits::Word(word)) if inst.results[0] == value => Some(word),
-                _ => None,
-            })
-        };
-        let Some(Some(_)) = self.0.get(callee) else {
+        let (Some(Some(_)), &[_, _, bytes]) = (self.0.get(callee), args) else {
             return false;
         };
-        let bytes = args.get(2).and_then(|&bytes| is_constant(bytes));
+        let bytes = Defs::of(func).word(func, bytes);
         bytes.is_some_and(|bytes| bytes <= MOST)
     }
 }

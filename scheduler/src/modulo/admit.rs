@@ -88,9 +88,12 @@ pub(super) fn fixed_registers(dfg: &Dfg, srp: &Srp) -> Result<Vec<Reg>, Unschedu
     let passing = abi::passing(srp, dfg.live_ins.iter().map(|l| l.ty));
     if let Some(place) = passing.iter().position(Option::is_none) {
         let ty = dfg.live_ins[place].ty;
+        // A machine may keep several types in one file.
+        let in_file = dfg.live_ins.iter().map(|live| live.ty);
+        let in_file = in_file.filter(|&other| srp.central(other) == srp.central(ty));
         return Err(Unschedulable::LiveIns {
-            ty,
-            count: dfg.live_ins.iter().filter(|live| live.ty == ty).count(),
+            ty: in_file.clone().all(|other| other == ty).then_some(ty),
+            count: in_file.count(),
             room: abi::live_ins(srp)[ty as usize],
         });
     }

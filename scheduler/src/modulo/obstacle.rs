@@ -193,8 +193,8 @@ impl FailedIi {
 pub enum Unschedulable {
     /// Its live-in values do not fit in the central registers.
     LiveIns {
-        /// The type of those that find no place.
-        ty: Ty,
+        /// The type of those that share the file which is too small, if they are of one.
+        ty: Option<Ty>,
         /// The number of those.
         count: usize,
         /// The number of registers that hold such values.
@@ -273,9 +273,10 @@ impl Unschedulable {
         match self {
             Unschedulable::LiveIns { ty, count, room } => {
                 let values = match ty {
-                    Ty::Pred => "conditions",
-                    Ty::Word => "words",
-                    Ty::Vec => "vectors",
+                    Some(Ty::Pred) => "conditions",
+                    Some(Ty::Word) => "words",
+                    Some(Ty::Vec) => "vectors",
+                    None => "values",
                 };
                 format!(
                     "{count} {values} from before the loop wait in central registers, of which {room} hold such: compute some of \

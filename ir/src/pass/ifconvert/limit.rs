@@ -4,6 +4,7 @@
 use super::at::At;
 use super::counted::Within;
 use crate::flow::{Dominators, LoopData};
+use crate::pass::defs::Defs;
 use crate::program::*;
 use srp_archdesc::isa::Opcode;
 
@@ -34,7 +35,10 @@ enum Bound {
 impl Limit {
     /// A limit of a loop of one way back.
     pub(super) fn of(func: &Function, dominators: &Dominators, data: &LoopData) -> Option<Limit> {
-        let within = Within::of(func, data);
+        let known = Known {
+            within: Within::of(func, data),
+            defs: Defs::of(func),
+        };
         let latch = data.latches[0];
         data.blocks.iter().find_map(|&block| {
             if !data.is_left_at(func, block) || !dominators.dominates(block, latch) {
@@ -43,21 +47,17 @@ impl Limit {
             let Terminator::Branch { cond, then, .. } = &func.blocks[block].end else {
                 return None;
             };
-            Limit::of_test(func, &within, data, (*cond, data.contains(then.block)))
+            Limit::of_test(&known, (*cond, data.contains(then.block)))
         })
     }
 
     /// The limit by a test with whose outcome the loop goes on.
-    fn of_test(
-        func: &Function,
-        within: &Within<'_>,
-        data: &LoopData,
-        (mut cond, mut outcome): (Value, bool),
-    ) -> Option<Limit> {
-        while let Some((Opcode::Pnot, args)) = within.op(cond) {
+    fn of_test(known: &Known<'_>, (mut cond, mut outcome): (Value, bool)) -> Option<Limit> {
+        let Within { func, data, .. } = known.within;
+        while let Some((Opcode::Pnot, args)) = known.within.op(cond) {
             (cond, outcome) = (args[0], !outcome);
         }
-        let (op, &[left, right]) = within.op(cond)? else {
+        let (op, &[left, right]) = known.within.op(cond)? else {
             return None;
         };
         let negated = |op| match op {
@@ -75,10 +75,10 @@ impl Limit {
         [(smaller, larger, true), (larger, smaller, false)]
             .into_iter()
             .find_map(|(variable, bound, grows)| {
-                let (place, plus) = within.counter(variable)?;
-                let stride = within.stride(place)? as i32;
+                let (place, plus) = known.counter(variable)?;
+                let stride = known.stride(place)? as i32;
                 let is_towards = (stride > 0) == grows && stride.unsigned_abs().is_power_of_two();
-                let bound = within.bound(bound).filter(|_| is_towards)?;
+                let bound = known.bound(bound).filter(|_| is_towards)?;
                 let entries = func.layout.iter().filter(|&&from| !data.contains(from));
                 let mut entries = entries
                     .flat_map(|&from| func.blocks[from].end.targets())
@@ -93,7 +93,7 @@ impl Limit {
                     shift: stride.unsigned_abs().trailing_zeros(),
                     first: first
                         .filter(|_| entries.next().is_none())
-                        .and_then(|v| constant(func, v)),
+                        .and_then(|v| known.defs.word(func, v)),
                 })
             })
     }
@@ -157,45 +157,41 @@ impl Limit {
     }
 }
 
-/// The constant that a value is, anywhere in a function.
-fn constant(func: &Function, value: Value) -> Option<u32> {
-    let insts = func
-        .layout
-        .iter()
-        .flat_map(|&block| &func.blocks[block].insts);
-    insts
-        .into_iter()
-        .find_map(|&inst| match func.insts[inst].kind {
-            InstKind::Const(Bits::Word(word)) if func.insts[inst].results[0] == value => Some(word),
-            _ => None,
-        })
+/// The values of a loop, and the constants of its function.
+struct Known<'a> {
+    within: Within<'a>,
+    defs: Defs,
 }
 
-impl Within<'_> {
+impl Known<'_> {
     /// The parameter of the header that a value is, by its place, and the constant that is added to it.
     fn counter(&self, value: Value) -> Option<(usize, u32)> {
-        let header = &self.func.blocks[self.data.header];
+        let header = &self.within.func.blocks[self.within.data.header];
         let place = |value: Value| header.params.iter().position(|&p| p == value);
         if let Some(place) = place(value) {
             return Some((place, 0));
         }
-        match self.op(value)? {
-            (Opcode::Add, &[param, plus]) => Some((place(param)?, constant(self.func, plus)?)),
+        match self.within.op(value)? {
+            (Opcode::Add, &[param, plus]) => Some((place(param)?, self.constant(plus)?)),
             _ => None,
         }
     }
 
     /// The constant by which a parameter of the header changes in each iteration.
     fn stride(&self, place: usize) -> Option<u32> {
-        let (from, plus) = self.counter(self.next(place)?)?;
+        let (from, plus) = self.counter(self.within.next(place)?)?;
         (from == place).then_some(plus)
     }
 
     /// The word that a value which does not change is before the loop.
     fn bound(&self, value: Value) -> Option<Bound> {
-        match constant(self.func, value) {
+        match self.constant(value) {
             Some(word) => Some(Bound::Constant(word)),
-            None => (!self.inside[value]).then_some(Bound::Value(value)),
+            None => (!self.within.inside[value]).then_some(Bound::Value(value)),
         }
+    }
+
+    fn constant(&self, value: Value) -> Option<u32> {
+        self.defs.word(self.within.func, value)
     }
 }

@@ -171,7 +171,7 @@ impl fmt::Display for Rewrite {
 }
 
 /// True of the files of the C library.
-fn is_library(file: &str) -> bool {
+pub(super) fn is_library(file: &str) -> bool {
     file.starts_with("kernels/libc/")
 }
 
