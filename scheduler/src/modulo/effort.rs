@@ -13,7 +13,7 @@ const MOST_WORTH: u64 = 6;
 
 /// Steps of an attempt at the first II that works.
 pub(super) fn of_first(effort: u64, operations: usize) -> u64 {
-    effort.max(FIRST * operations as u64)
+    effort.max(FIRST * FEW.max(operations as u64))
 }
 
 /// Steps of the search for smaller IIs.
@@ -21,13 +21,11 @@ pub(super) fn of_improvement(effort: u64, operations: usize) -> u64 {
     effort.saturating_mul(operations.min(MANY) as u64) / FEW
 }
 
-/// Steps after which the placing of so many operations one by one is given up. In loops that get the whole effort, what
-/// succeeds takes some thousand steps for each operation, and what fails up to a hundred thousand.
+/// Steps after which the placing of so many operations one by one is given up. What succeeds takes some thousand for each
+/// operation, of small loops up to some ten thousand; what fails would go on for thousands of times as many where
+/// routes are long.
 pub(super) fn of_placing(operations: usize) -> u64 {
-    match operations {
-        0..=MANY => u64::MAX,
-        _ => FIRST * operations as u64,
-    }
+    FIRST * operations.max(MANY) as u64
 }
 
 /// The part of an effort, or the multiple, that a better II is worth: it grows with the square of the part of the cycles that the

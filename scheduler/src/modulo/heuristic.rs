@@ -16,7 +16,7 @@ use super::negotiate::{Lanes, Negotiation};
 use super::obstacle::{FailedIi, Obstacle, Unschedulable};
 use super::order::{Freedom, order};
 use super::place::{Attempt, Placement};
-use super::problem::Problem;
+use super::problem::{LARGEST_RING, Problem};
 use super::route::Router;
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::watch::{Event, Watch};
@@ -208,7 +208,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
                 }
             }
             if round == 0
-                && let Some(schedule) = self.in_sequence(deepest)
+                && let Some(schedule) = self.in_any_sequence(bound)
             {
                 return Ok(schedule);
             }
@@ -253,7 +253,7 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         }
         let mut best = (0..TOP_ATTEMPTS)
             .find_map(|_| attempt(self, deepest, Way::OneByOne))
-            .or_else(|| self.in_sequence(deepest))?;
+            .or_else(|| self.in_any_sequence(bound))?;
         let mut failed = bound;
         while best.ii - failed > 1 + bound / WAY_UP && !watch.cancelled() {
             let ii = (best.ii + failed) / 2;
@@ -297,13 +297,25 @@ impl<'a, 'p> Heuristic<'a, 'p> {
         let freedom = Freedom::at(self.problem, ii);
         let (problem, fixed) = (self.problem, self.fixed);
         let mut attempt = Attempt::new(problem, ii, 0, &freedom, fixed, &mut self.router);
-        let placement = attempt.in_sequence()?;
+        let placement = attempt.in_sequence(effort::of_placing(problem.dfg.nodes.len()))?;
         (placement.stages(problem) <= MAX_STAGES).then_some(placement)
+    }
+
+    /// A schedule in sequence at the smallest of some large IIs: those beyond which a kernel can no longer be repeated as
+    /// often, so that values of earlier iterations have fewer registers that do not rotate, and the largest.
+    fn in_any_sequence(&mut self, bound: u32) -> Option<Placement> {
+        let rings = [LARGEST_RING, LARGEST_RING / 2, LARGEST_RING / 4, 1];
+        let iis = rings.map(|ring| (self.problem.srp.contexts / ring).min(self.deepest));
+        let mut tried = 0;
+        iis.into_iter().find_map(|ii| {
+            let is_new = ii >= bound && std::mem::replace(&mut tried, ii) != ii;
+            is_new.then(|| self.in_sequence(ii)).flatten()
+        })
     }
 
     /// A schedule in sequence at a small II, which is looked for by halves.
     fn in_short_sequence(&mut self, bound: u32) -> Option<Placement> {
-        let mut best = self.in_sequence(self.deepest)?;
+        let mut best = self.in_any_sequence(bound)?;
         let mut least = bound;
         while least < best.ii {
             let ii = (least + best.ii) / 2;

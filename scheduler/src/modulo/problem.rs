@@ -133,7 +133,7 @@ pub(super) struct OrderEdge {
 }
 
 /// Rings longer than this would take too many contexts.
-const LARGEST_RING: u32 = 8;
+pub(super) const LARGEST_RING: u32 = 8;
 
 /// No way there.
 pub(super) const UNREACHABLE: u32 = u32::MAX / 4;

@@ -14,15 +14,17 @@ const CROWDING: u32 = 4;
 
 impl Attempt<'_, '_> {
     /// Places every node after those whose values it takes in the same iteration, as soon as these can
-    /// be routed to it; `None` where one finds no position within an II.
-    pub(in crate::modulo) fn in_sequence(&mut self) -> Option<Placement> {
+    /// be routed to it; `None` where one finds no position within an II, or the router has made so many steps.
+    pub(in crate::modulo) fn in_sequence(&mut self, steps: u64) -> Option<Placement> {
+        let limit = self.router.expanded.saturating_add(steps);
         let mut loads: EntityMap<Fu, u32> = EntityMap::filled(self.problem.srp.fus.len(), 0);
         for node in operands_first(self.problem) {
             let earliest = self.earliest(node);
             let mut left = MOST_POSITIONS;
             let mut times = earliest..earliest + self.table.ii as i32;
             loop {
-                let time = times.next().filter(|_| left > 0)?;
+                let is_hopeless = left == 0 || self.router.expanded > limit;
+                let time = times.next().filter(|_| !is_hopeless)?;
                 if !self.keeps_orders(node, time) {
                     continue;
                 }
