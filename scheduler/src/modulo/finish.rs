@@ -1,7 +1,7 @@
 //! From a placement to a [`ModuloSchedule`]: registers allocated, times counted from zero, every
 //! operand's source spelled out.
 
-use super::place::{Placement, constants_of};
+use super::place::Placement;
 use super::problem::{Edge, Goal, Problem, Tag};
 use super::registers::Keeper;
 use super::table::{Item, Via};
@@ -181,22 +181,17 @@ impl Finish<'_, '_> {
     }
 
     fn operands(&self, node: Node, fu: Fu) -> Vec<Source> {
-        let mut kept = constants_of(self.problem, node, fu).into_iter().peekable();
+        let needs = self.problem.needs(node, fu);
+        let kept = |i: usize| needs.and_then(|needs| needs.kept[i]);
         let data = &self.problem.dfg.nodes[node];
         let source = |(i, operand): (usize, &Operand)| match *operand {
-            Operand::Const(bits) => match kept.peek() {
-                Some(&(place, Initial::Const(b))) if b == bits && bits.ty() != Ty::Pred => {
-                    kept.next();
-                    self.constant(place, Initial::Const(b))
-                }
-                _ => Source::Const(bits),
+            Operand::Const(bits) => match kept(i) {
+                Some(place) => self.constant(place, Initial::Const(bits)),
+                None => Source::Const(bits),
             },
-            Operand::LiveIn(k) => match kept.peek() {
-                Some(&(place, value)) if value == Initial::LiveIn(k) => {
-                    kept.next();
-                    self.constant(place, value)
-                }
-                _ => {
+            Operand::LiveIn(k) => match kept(i) {
+                Some(place) => self.constant(place, Initial::LiveIn(k)),
+                None => {
                     let Reg { file, index } = self.live_ins[k as usize];
                     Source::Reg {
                         reg: RegAt {

@@ -17,6 +17,7 @@ mod finish;
 mod heuristic;
 mod lattice;
 mod level;
+mod needs;
 mod negotiate;
 mod noise;
 mod obstacle;
@@ -33,6 +34,7 @@ mod slots;
 mod start;
 mod table;
 mod task;
+mod ways;
 mod worklist;
 
 pub use admit::admit;

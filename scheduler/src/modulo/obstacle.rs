@@ -50,11 +50,23 @@ pub enum Destination {
     LiveOut(u32),
 }
 
+impl Destination {
+    fn relocate(&mut self, dfg: &Dfg) {
+        if let Destination::Operation(to) = self {
+            to.relocate(dfg);
+        }
+    }
+}
+
 /// The most frequent obstacle to a schedule at one II.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Obstacle {
     /// No unit that runs an operation was free when it had to be issued.
     NoUnit(Operation),
+    /// Units that run an operation were free when it had to be issued, but not their outputs when its result lands.
+    NoOutput(Operation),
+    /// Units that run an operation were free, but none near enough to those that it takes from or gives to.
+    NoReach(Operation),
     /// A value found no way over links and registers.
     NoRoute {
         /// The operation whose value it is.
@@ -64,6 +76,13 @@ pub enum Obstacle {
     },
     /// Values did not fit in the registers of a file.
     Registers {
+        /// The file.
+        file: RegFile,
+        /// Its name.
+        name: String,
+    },
+    /// Constants and values from outside the loop could not be read from a file.
+    ReadPorts {
         /// The file.
         file: RegFile,
         /// Its name.
@@ -79,9 +98,16 @@ pub enum Obstacle {
 impl Obstacle {
     pub(super) fn of(problem: &Problem<'_>, conflict: Option<Conflict>) -> Obstacle {
         let operation = |node| Operation::of(problem.dfg, node);
+        let file = |place| {
+            let file = problem.graph.as_file(place);
+            let file = file.expect("only files have registers and ports that can run out");
+            (file, problem.srp.files[file].name.clone())
+        };
         match conflict {
             None => Obstacle::AttemptsExhausted,
             Some(Conflict::Unit(node)) => Obstacle::NoUnit(operation(node)),
+            Some(Conflict::Output(node)) => Obstacle::NoOutput(operation(node)),
+            Some(Conflict::Reach(node)) => Obstacle::NoReach(operation(node)),
             Some(Conflict::Route(edge)) => {
                 let edge = &problem.edges[edge];
                 Obstacle::NoRoute {
@@ -93,40 +119,46 @@ impl Obstacle {
                 }
             }
             Some(Conflict::Registers(place)) => {
-                let file = problem.graph.as_file(place);
-                let file = file.expect("only files have registers that can run out");
-                Obstacle::Registers {
-                    file,
-                    name: problem.srp.files[file].name.clone(),
-                }
+                let (file, name) = file(place);
+                Obstacle::Registers { file, name }
+            }
+            Some(Conflict::ReadPorts(place)) => {
+                let (file, name) = file(place);
+                Obstacle::ReadPorts { file, name }
             }
         }
     }
 
     fn relocate(&mut self, dfg: &Dfg) {
         match self {
-            Obstacle::NoUnit(operation) => operation.relocate(dfg),
+            Obstacle::NoUnit(operation)
+            | Obstacle::NoOutput(operation)
+            | Obstacle::NoReach(operation) => operation.relocate(dfg),
             Obstacle::NoRoute { from, to } => {
                 from.relocate(dfg);
-                if let Destination::Operation(to) = to {
-                    to.relocate(dfg);
-                }
+                to.relocate(dfg);
             }
-            Obstacle::Registers { .. } | Obstacle::AttemptsExhausted | Obstacle::CutShort => {}
+            Obstacle::Registers { .. }
+            | Obstacle::ReadPorts { .. }
+            | Obstacle::AttemptsExhausted
+            | Obstacle::CutShort => {}
         }
     }
 
     /// The operations that it names, each once.
     pub fn operations(&self) -> Vec<Operation> {
         match *self {
-            Obstacle::NoUnit(operation) => vec![operation],
+            Obstacle::NoUnit(operation)
+            | Obstacle::NoOutput(operation)
+            | Obstacle::NoReach(operation) => vec![operation],
             Obstacle::NoRoute { from, to } => match to {
                 Destination::Operation(to) if to != from => vec![from, to],
                 _ => vec![from],
             },
-            Obstacle::Registers { .. } | Obstacle::AttemptsExhausted | Obstacle::CutShort => {
-                Vec::new()
-            }
+            Obstacle::Registers { .. }
+            | Obstacle::ReadPorts { .. }
+            | Obstacle::AttemptsExhausted
+            | Obstacle::CutShort => Vec::new(),
         }
     }
 }
@@ -136,6 +168,13 @@ impl Obstacle {
     fn words(&self, name: &dyn Fn(&Operation) -> String) -> String {
         match self {
             Obstacle::NoUnit(operation) => format!("no unit is free for {}", name(operation)),
+            Obstacle::NoOutput(operation) => {
+                format!("no output is free when the result of {} lands", name(operation))
+            }
+            Obstacle::NoReach(operation) => format!(
+                "no free unit is near enough for {} between what it takes and what takes it",
+                name(operation)
+            ),
             Obstacle::NoRoute { from, to } => match to {
                 Destination::Operation(to) => {
                     format!("no route from {} to {}", name(from), name(to))
@@ -145,6 +184,9 @@ impl Obstacle {
                 }
             },
             Obstacle::Registers { name, .. } => format!("the registers of {name} do not suffice"),
+            Obstacle::ReadPorts { name, .. } => format!(
+                "the read ports of {name} do not suffice for constants and values from before the loop"
+            ),
             Obstacle::AttemptsExhausted => "attempts ran out".to_owned(),
             Obstacle::CutShort => {
                 "the search was cut short before it had a schedule: this one has its operations in sequence"
@@ -209,6 +251,15 @@ pub enum Unschedulable {
     NoUnit(Operation),
     /// No unit that runs an operation has its constants and live-in values within reach.
     NoPlace(Operation),
+    /// No way leads from a unit that runs an operation to where its value has to go.
+    NoWay {
+        /// The operation whose value it is.
+        from: Operation,
+        /// Where it has to go.
+        to: Destination,
+        /// True if the value has to come out of a register file, which holds its initial values too.
+        in_register: bool,
+    },
     /// Its II takes more contexts than the configuration memory has.
     Contexts {
         /// The bound of its II.
@@ -247,6 +298,10 @@ impl Unschedulable {
             }
             Unschedulable::Stopped { failed } => {
                 failed.iter_mut().for_each(|failed| failed.relocate(dfg));
+            }
+            Unschedulable::NoWay { from, to, .. } => {
+                from.relocate(dfg);
+                to.relocate(dfg);
             }
             Unschedulable::NotFound { failed, .. } => failed.relocate(dfg),
             Unschedulable::LiveIns { .. }
@@ -290,10 +345,31 @@ impl Unschedulable {
                 format!("no unit of the array runs `{op}` (class {})", op.class())
             }
             Unschedulable::NoPlace(operation) => format!(
-                "no unit that runs {} has places for its constants and values from outside the loop: give its type more \
-                 `constants`, or a static register file",
+                "no unit that runs {} has places for its constants and values from outside the loop, and ports to read them at \
+                 once: give its type more `constants`, or a static register file with as many `read-ports`",
                 name(operation)
             ),
+            Unschedulable::NoWay {
+                from,
+                to,
+                in_register,
+            } => {
+                let to = match to {
+                    Destination::Operation(to) => format!("a unit that runs {}", name(to)),
+                    Destination::LiveOut(_) => "a central register".to_owned(),
+                };
+                let (through, needs) = match in_register {
+                    true => (
+                        ", through a register file where its initial values wait,",
+                        "links, wires or a file",
+                    ),
+                    false => ("", "links or wires"),
+                };
+                let from = name(from);
+                format!(
+                    "no way leads from a unit that runs {from}{through} to {to}: the array needs {needs} between them"
+                )
+            }
             Unschedulable::Contexts { bound, contexts } => {
                 format!("its II is at least {bound}; there are {contexts} contexts")
             }

@@ -1,5 +1,6 @@
 //! [`Problem`]: a loop and a machine brought together, as far as it does not depend on the II.
 
+use super::needs::{Files, Needs};
 use super::{MAX_STAGES, route};
 use rustc_hash::FxHashMap;
 use srp_archdesc::arch::{FileKind, Fu, FuOp, Srp};
@@ -50,11 +51,12 @@ pub(super) struct Problem<'a> {
     /// Longest delay of a way into an operand.
     pub(super) longest_read: i32,
     /// Fewest cycles from standing in a place to being readable by a unit, per type, made where they are asked for.
+    reach_by_file: [OnceCell<Distances>; 3],
     reach: [OnceCell<Distances>; 3],
     /// Least price from a place to a unit, beyond that of holding the value for as long; made like the former.
     detour: [OnceCell<Distances>; 3],
-    /// The register files in which each unit could find a loop invariant.
-    pub(super) constant_files: EntityMap<Fu, Vec<Place>>,
+    /// No entry where there are none.
+    needs: FxHashMap<(Node, Fu), Needs>,
 }
 
 /// From each place to each unit.
@@ -151,19 +153,6 @@ impl<'a> Problem<'a> {
         for hop in graph.hops.values().flatten() {
             onto[hop.to].push(*hop);
         }
-        let constant_files = (srp.fus.keys())
-            .map(|fu| {
-                let held = |p: &Place| match graph.as_file(*p) {
-                    Some(rf) => srp.files[rf].kind == FileKind::Static,
-                    None => false,
-                };
-                graph.reads[fu]
-                    .iter()
-                    .map(|r| r.from)
-                    .filter(held)
-                    .collect()
-            })
-            .collect();
         let mut problem = Problem {
             opcodes: dfg.nodes.values().map(|n| n.op).collect(),
             units: EntityMap::new(),
@@ -175,20 +164,17 @@ impl<'a> Problem<'a> {
             moves: Ty::ALL.map(|_| EntityMap::new()),
             longest_read: longest_read(&graph),
             reach: Ty::ALL.map(|_| OnceCell::new()),
+            reach_by_file: Ty::ALL.map(|_| OnceCell::new()),
             detour: Ty::ALL.map(|_| OnceCell::new()),
             readers,
             onto,
-            constant_files,
+            needs: FxHashMap::default(),
             dfg,
             srp,
             graph,
             most_copies: LARGEST_RING,
         };
-        problem.units = dfg
-            .nodes
-            .keys()
-            .map(|n| srp.fus.keys().filter(|&f| problem.runs(n, f)).collect())
-            .collect();
+        problem.add_units();
         problem.add_edges();
         problem.moves = Ty::ALL.map(|ty| problem.moves_of(ty));
         problem
@@ -224,48 +210,36 @@ impl<'a> Problem<'a> {
         self.srp.fus[fu].runs(op).is_some() && op.result().is_none_or(fits)
     }
 
-    /// True if a unit can run a node, its constants and invariants within reach.
-    fn runs(&self, node: Node, fu: Fu) -> bool {
-        if !self.has_operation(node, fu) {
-            return false;
+    /// Lists the units that can run each node, its constants and values from outside the loop within reach.
+    fn add_units(&mut self) {
+        let files = Files::new(self.dfg, self.srp, &self.graph);
+        let mut all = FxHashMap::default();
+        for node in self.dfg.nodes.keys() {
+            let mut units = Vec::new();
+            for fu in self.srp.fus.keys() {
+                let needs = match self.has_operation(node, fu) {
+                    true => files.needs(node, fu),
+                    false => None,
+                };
+                let Some(needs) = needs else { continue };
+                units.push(fu);
+                if !needs.is_empty() {
+                    all.insert((node, fu), needs);
+                }
+            }
+            self.units.push(units);
         }
-        let data = &self.dfg.nodes[node];
-        let mut constants = self.srp.fus[fu].constants;
-        data.operands.iter().all(|operand| match *operand {
-            Operand::Node { .. } => true,
-            Operand::Const(bits) if bits.ty() == Ty::Pred => true,
-            Operand::Const(_) if constants > 0 => {
-                constants -= 1;
-                true
-            }
-            Operand::Const(bits) => self.constant_place(fu, bits.ty()).is_some(),
-            Operand::LiveIn(i) => {
-                let ty = self.dfg.live_ins[i as usize].ty;
-                self.reads_central(fu, ty) || self.constant_place(fu, ty).is_some()
-            }
-        })
+        self.needs = all;
+    }
+
+    /// The needs of a node on a unit besides its issue slot; `None` if there are none.
+    pub(super) fn needs(&self, node: Node, fu: Fu) -> Option<&Needs> {
+        self.needs.get(&(node, fu))
     }
 
     fn result_fits(&self, fu: Fu, op: Opcode, ty: Ty) -> bool {
         let place = self.graph.result_place(fu, op);
         place.is_some_and(|p| self.graph.places[p].width >= ty.bits())
-    }
-
-    /// True if a unit can read the central file of a type.
-    pub(super) fn reads_central(&self, fu: Fu, ty: Ty) -> bool {
-        self.srp
-            .central(ty)
-            .is_some_and(|rf| self.srp.files[rf].readers.contains(&fu))
-    }
-
-    /// The file in which a unit finds invariants of a type, the narrowest first.
-    pub(super) fn constant_place(&self, fu: Fu, ty: Ty) -> Option<Place> {
-        let fits = |p: &&Place| self.graph.places[**p].width >= ty.bits();
-        self.constant_files[fu]
-            .iter()
-            .filter(fits)
-            .min_by_key(|p| self.graph.places[**p].width)
-            .copied()
     }
 
     fn add_edges(&mut self) {
@@ -422,7 +396,7 @@ impl<'a> Problem<'a> {
 
     /// Fewest cycles from standing in `place` to an operand of `fu`, or [`UNREACHABLE`].
     pub(super) fn reach(&self, ty: Ty, place: Place, fu: Fu) -> u32 {
-        let made = || self.distances(ty, |read| read.delay, |way| way.cycles);
+        let made = || self.distances(ty, |read| Some(read.delay), |way| way.cycles);
         self.reach[ty as usize].get_or_init(made)[place][fu]
     }
 
@@ -447,6 +421,37 @@ impl<'a> Problem<'a> {
         std::iter::once(out).chain(wide)
     }
 
+    /// True if a result of a unit can come to an operand of another.
+    pub(super) fn has_way(&self, ty: Ty, from: Fu, to: Fu) -> bool {
+        self.reach_of_result(ty, from, to) != UNREACHABLE
+    }
+
+    /// The same, out of a register file, which holds the initial values too.
+    pub(super) fn has_way_by_file(&self, ty: Ty, from: Fu, to: Fu) -> bool {
+        let made = || {
+            let of_file = |read: &ReadPath| self.is_file(read.from).then_some(read.delay);
+            self.distances(ty, of_file, |way| way.cycles)
+        };
+        let reach = self.reach_by_file[ty as usize].get_or_init(made);
+        self.landings(ty, from)
+            .any(|place| reach[place][to] != UNREACHABLE)
+    }
+
+    /// True if a result of a unit can come to the central registers.
+    pub(super) fn is_kept(&self, ty: Ty, from: Fu) -> bool {
+        let Some(file) = self.srp.central(ty).map(|file| self.graph.file[file]) else {
+            return false;
+        };
+        let mut seen = EntityMap::filled(self.graph.places.len(), false);
+        let mut open: Vec<Place> = self.landings(ty, from).collect();
+        while let Some(place) = open.pop() {
+            if !std::mem::replace(&mut seen[place], true) {
+                open.extend(self.ways_on(place, ty).iter().map(|way| way.to));
+            }
+        }
+        seen[file]
+    }
+
     /// Fewest cycles from the landing of a unit's result to an operand of another, or [`UNREACHABLE`].
     pub(super) fn reach_of_result(&self, ty: Ty, from: Fu, to: Fu) -> u32 {
         let reach = self
@@ -459,16 +464,16 @@ impl<'a> Problem<'a> {
     /// value.
     pub(super) fn detour(&self, ty: Ty, place: Place, fu: Fu) -> u32 {
         let detour = |way: &WayOn| way.price - route::holding_price(way.cycles);
-        let made = || self.distances(ty, |_| 0, detour);
+        let made = || self.distances(ty, |_| Some(0), detour);
         self.detour[ty as usize].get_or_init(made)[place][fu]
     }
 
-    /// The least sum over the ways on from each place until each unit's operands: from each unit
-    /// backwards.
+    /// The least sum over the ways on from each place until each unit's operands, by the reads that count: from each
+    /// unit backwards.
     fn distances(
         &self,
         ty: Ty,
-        reading: impl Fn(&ReadPath) -> u32,
+        reading: impl Fn(&ReadPath) -> Option<u32>,
         weight: impl Fn(&WayOn) -> u32,
     ) -> Distances {
         let places = self.graph.places.len();
@@ -482,7 +487,7 @@ impl<'a> Problem<'a> {
             EntityMap::filled(places, EntityMap::filled(self.srp.fus.len(), UNREACHABLE));
         for (fu, reads) in self.graph.reads.iter() {
             let wide = reads.iter().filter(|read| read.width >= ty.bits());
-            let starts = wide.map(|read| (read.from, reading(read)));
+            let starts = wide.filter_map(|read| Some((read.from, reading(read)?)));
             for (place, distance) in backwards(&back, starts).iter() {
                 least[place][fu] = *distance;
             }

@@ -322,18 +322,18 @@ impl Table {
         }
     }
 
-    /// Takes a read port of each of these files in a cycle; false, and nothing taken, where they
-    /// have none left.
-    pub(super) fn take_reads(&mut self, places: &[Place], time: i32) -> bool {
+    /// Takes a read port of each of these files in a cycle; the first that has none left, and nothing taken, where they
+    /// do not suffice.
+    pub(super) fn take_reads(&mut self, places: &[Place], time: i32) -> Result<(), Place> {
         let slot = self.slot(time);
         for (i, &place) in places.iter().enumerate() {
             if self.reads[place][slot] >= self.limits.reads[place] {
                 self.release_reads(&places[..i], time);
-                return false;
+                return Err(place);
             }
             self.reads[place][slot] += 1;
         }
-        true
+        Ok(())
     }
 
     /// Gives these read ports back.

@@ -5,6 +5,7 @@ use super::admit::{fixed_registers, storage};
 use super::bounds::Bounds;
 use super::obstacle::{Operation, Unschedulable};
 use super::problem::Problem;
+use super::ways;
 use srp_archdesc::arch::Srp;
 use srp_ir::dfg::Dfg;
 use srp_ir::dre::scheduled::Reg;
@@ -41,6 +42,7 @@ impl<'p> Task<'p> {
             });
         }
         storage(&problem)?;
+        ways::exist(&problem)?;
         Ok(Task {
             bounds: Bounds::of(&problem),
             problem,

@@ -6,6 +6,7 @@ mod ended;
 mod lengths;
 mod monotone;
 mod orders;
+mod reads;
 
 use srp_archdesc::Unwatched;
 use srp_archdesc::arch::Arch;

@@ -155,7 +155,10 @@ fn open(l: &LoopReport, failed: Option<&Obstacle>) -> String {
     let remedy = match failed {
         Obstacle::Registers { .. } => "larger register files, or fewer values that live long",
         Obstacle::NoRoute { .. } => "more links, or registers to wait in",
+        Obstacle::ReadPorts { .. } => "more read ports, or `constants` in contexts",
         Obstacle::NoUnit(_) => "more units for it",
+        Obstacle::NoOutput(_) => "more units for it, or operations of one latency on each",
+        Obstacle::NoReach(_) => "more links, or registers to wait in",
         Obstacle::AttemptsExhausted | Obstacle::CutShort => "more links or registers",
     };
     format!("{}: {remedy}, or a longer search (--optimal)", told.text)

@@ -33,7 +33,6 @@ use super::budget::Budget;
 use super::formula::{Formula, Lit};
 use super::names;
 use crate::modulo::order::Freedom;
-use crate::modulo::place::{constants_of, invariant_reads};
 use crate::modulo::problem::{Edge, Goal, Problem, Tag, UNREACHABLE, longest_way_out};
 use crate::modulo::table::{Item, Via};
 use rustc_hash::FxHashMap;
@@ -199,7 +198,10 @@ impl<'e, 'p> Encoder<'e, 'p> {
 
     /// The registers and ports that a node's invariants take on a unit.
     fn invariants_of(&mut self, node: Node, fu: Fu, time: i32, literal: Lit) {
-        for wanted in constants_of(self.problem, node, fu) {
+        let Some(needs) = self.problem.needs(node, fu) else {
+            return;
+        };
+        for &wanted in &needs.constants {
             let formula = &mut self.encoding.formula;
             let kept = *(self.invariants.entry(wanted)).or_insert_with(|| {
                 let file = self.problem.graph.name(self.problem.srp, wanted.0);
@@ -207,7 +209,7 @@ impl<'e, 'p> Encoder<'e, 'p> {
             });
             formula.clause([-literal, kept]);
         }
-        for place in invariant_reads(self.problem, node, fu) {
+        for &place in &needs.reads {
             let slot = self.budget.slot(time);
             self.budget.reads[place][slot].push(literal);
         }

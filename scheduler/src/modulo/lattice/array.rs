@@ -1,7 +1,6 @@
 //! The arrays that this way knows: units alike, each with one output and registers of its own, and links, but no wires.
 
 use super::FAR;
-use crate::modulo::place::{constants_of, invariant_reads};
 use crate::modulo::problem::{Problem, UNREACHABLE};
 use crate::modulo::rows::{NEVER, VECTOR};
 use srp_archdesc::arch::Fu;
@@ -129,8 +128,7 @@ fn runs(problem: &Problem<'_>, lanes: usize) -> Option<(EntityMap<Node, usize>, 
             let lands = problem.graph.result_place(fu, op);
             let plain = timing.interval == 1
                 && timing.uses.is_empty()
-                && constants_of(problem, node, fu).is_empty()
-                && invariant_reads(problem, node, fu).is_empty()
+                && problem.needs(node, fu).is_none()
                 && lands.is_none_or(|out| timing.latency == 1 && out == problem.graph.out[fu]);
             if !plain {
                 return None;

@@ -5,7 +5,7 @@ use super::deliver::Own;
 use super::lanes::Lanes;
 use super::market::{Good, Market};
 use super::tiles::Tiles;
-use crate::modulo::place::{constants_of, invariant_reads};
+use crate::modulo::needs::Needs;
 use crate::modulo::problem::{Position, Problem, Tag};
 use crate::modulo::registers;
 use crate::modulo::route::Route;
@@ -17,15 +17,6 @@ use srp_archdesc::resource::Place;
 use srp_ir::dfg::{Initial, Node};
 use srp_ir::dre::scheduled::Reg;
 use std::collections::BTreeMap;
-
-/// The needs of a node on a unit besides its issue slot.
-#[derive(Default)]
-pub(super) struct Needs {
-    /// Registers of static files that are set before the loop.
-    pub(super) constants: Vec<(Place, Initial)>,
-    /// Files that are read when it issues.
-    pub(super) reads: Vec<Place>,
-}
 
 /// A way of a value: the items that it takes from the producer on, the consumer's read path, and which copies
 /// in a file it reads.
@@ -68,8 +59,6 @@ pub(super) struct State<'a, 'p> {
     items: EntityMap<Node, FxHashMap<Item, u32>>,
     /// Registers that are set before the loop to something, and for how many nodes.
     constants: FxHashMap<(Place, Initial), u32>,
-    /// The needs of nodes on units; no entry if there are none.
-    needs: FxHashMap<(Node, Fu), Needs>,
     scratch: Vec<Good>,
     /// Lists of routes that were dropped, to be filled again.
     spare: Vec<Vec<Item>>,
@@ -106,7 +95,6 @@ impl<'a, 'p> State<'a, 'p> {
             early: 0,
             items: EntityMap::filled(nodes, FxHashMap::default()),
             constants: FxHashMap::default(),
-            needs: needs(problem),
             scratch: Vec::new(),
             spare: Vec::new(),
             problem,
@@ -172,11 +160,6 @@ impl<'a, 'p> State<'a, 'p> {
         })
     }
 
-    /// Returns the needs of a node on a unit besides its issue slot; `None` if there are none.
-    pub(super) fn needs(&self, node: Node, fu: Fu) -> Option<&Needs> {
-        self.needs.get(&(node, fu))
-    }
-
     /// The price of the registers that a node needs set before the loop on a unit.
     pub(super) fn price_of_constants(&self, needs: &Needs) -> i32 {
         let new = |wanted: &&(Place, Initial)| !self.constants.contains_key(*wanted);
@@ -212,7 +195,7 @@ impl<'a, 'p> State<'a, 'p> {
     fn goods_of_node(&self, node: Node, fu: Fu, time: i32, goods: &mut Vec<Good>) {
         let timing = self.problem.timing(node, fu);
         self.market.goods_of_operation(fu, time, timing, goods);
-        if let Some(needs) = self.needs(node, fu) {
+        if let Some(needs) = self.problem.needs(node, fu) {
             let read = |place: &Place| self.market.read_good(time, self.lanes.of[*place]);
             goods.extend(needs.reads.iter().map(read));
         }
@@ -262,7 +245,7 @@ impl<'a, 'p> State<'a, 'p> {
 
     /// Takes a node's constants, or gives them back; returns their cost.
     fn count_constants(&mut self, node: Node, fu: Fu, take: bool) -> i32 {
-        let Some(needs) = self.needs.get(&(node, fu)) else {
+        let Some(needs) = self.problem.needs(node, fu) else {
             return 0;
         };
         let mut goods = Vec::new();
@@ -437,19 +420,4 @@ impl<'a, 'p> State<'a, 'p> {
         }
         goods.iter().any(|&good| self.market.is_overused(good))
     }
-}
-
-/// Lists the needs of nodes on units besides issue slots; no entry if there are none.
-fn needs(problem: &Problem<'_>) -> FxHashMap<(Node, Fu), Needs> {
-    let mut needs = FxHashMap::default();
-    for node in problem.nodes() {
-        for &fu in &problem.units[node] {
-            let constants = constants_of(problem, node, fu);
-            let reads = invariant_reads(problem, node, fu);
-            if !constants.is_empty() || !reads.is_empty() {
-                needs.insert((node, fu), Needs { constants, reads });
-            }
-        }
-    }
-    needs
 }

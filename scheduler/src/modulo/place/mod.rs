@@ -16,8 +16,6 @@ mod span;
 mod squeeze;
 mod take;
 
-pub(super) use take::{constants_of, invariant_reads};
-
 use super::order::Freedom;
 use super::problem::{Position, Problem};
 use super::registers::Registers;
@@ -61,10 +59,16 @@ pub(in crate::modulo) struct Placement {
 pub(in crate::modulo) enum Conflict {
     /// No unit was free for this node.
     Unit(Node),
+    /// Units were free for this node, but not the outputs in the cycles in which its result lands.
+    Output(Node),
+    /// No unit that was free for this node was near enough to its neighbours.
+    Reach(Node),
     /// This edge found no route.
     Route(usize),
     /// Values did not fit in the registers of this place.
     Registers(Place),
+    /// This place has too few read ports for constants and values from outside the loop.
+    ReadPorts(Place),
 }
 
 /// One attempt.
@@ -240,7 +244,7 @@ impl<'a, 'p> Attempt<'a, 'p> {
     fn place(&mut self, node: Node) -> bool {
         let positions = self.positions(node, false);
         if positions.is_empty() {
-            self.count_conflict(Conflict::Unit(node));
+            self.count_conflict(self.why_nowhere(node));
             return false;
         }
         let mut found: Vec<(u32, Fu, i32)> = Vec::new();

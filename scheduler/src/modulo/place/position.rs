@@ -1,6 +1,6 @@
 //! Where a node could go: the cycles that its neighbours leave it, and what each position is worth.
 
-use super::Attempt;
+use super::{Attempt, Conflict};
 use crate::modulo::noise::noise;
 use crate::modulo::table::Item;
 use srp_archdesc::arch::Fu;
@@ -116,6 +116,27 @@ impl Attempt<'_, '_> {
         }
         positions.sort_unstable();
         positions
+    }
+
+    /// Why a node has no position: the last thing that was in its way somewhere.
+    pub(super) fn why_nowhere(&self, node: Node) -> Conflict {
+        let cycles = self.window(node);
+        let positions = || {
+            let units = &self.problem.units[node];
+            (cycles.iter()).flat_map(|&time| units.iter().map(move |&fu| (fu, time)))
+        };
+        let issues = |(fu, time)| {
+            let timing = self.problem.timing(node, fu);
+            self.table.issues(fu, time, timing)
+        };
+        match () {
+            () if cycles.is_empty() => Conflict::Reach(node),
+            () if positions().any(|(fu, time)| self.is_free(node, fu, time)) => {
+                Conflict::Reach(node)
+            }
+            () if positions().any(issues) => Conflict::Output(node),
+            () => Conflict::Unit(node),
+        }
     }
 
     pub(super) fn result_item(&self, node: Node, fu: Fu, time: i32) -> Option<Item> {

@@ -2,14 +2,13 @@
 //! values with their registers.
 
 use super::{Attempt, Conflict};
-use crate::modulo::problem::{Edge, Problem, longest_way_out};
+use crate::modulo::problem::{Edge, longest_way_out};
 use crate::modulo::registers::Keeper;
 use crate::modulo::route::{Request, Route};
 use crate::modulo::table::{Issuer, Item};
 use srp_archdesc::arch::{Fu, FuOp};
-use srp_archdesc::isa::Ty;
 use srp_archdesc::resource::Place;
-use srp_ir::dfg::{Initial, Node, Operand};
+use srp_ir::dfg::{Initial, Node};
 
 /// Routes of one value that are tried, each without the files that were full.
 const DETOURS: usize = 3;
@@ -57,12 +56,7 @@ impl<'p> Attempt<'_, 'p> {
     /// Takes the unit, the output and the invariants of a node. False, and nothing taken, where the
     /// invariants do not fit.
     pub(super) fn occupy(&mut self, node: Node, fu: Fu, time: i32) -> bool {
-        if !self.take_constants(node, fu) {
-            return false;
-        }
-        let reads = invariant_reads(self.problem, node, fu);
-        if !self.table.take_reads(&reads, time) {
-            self.release_constants(node, fu);
+        if !self.take_needs(node, fu, time) {
             return false;
         }
         let timing = self.problem.timing(node, fu);
@@ -87,32 +81,32 @@ impl<'p> Attempt<'_, 'p> {
         if let Some(item) = self.result_item(node, fu, time) {
             self.table.release(node, item, None);
         }
-        self.table
-            .release_reads(&invariant_reads(self.problem, node, fu), time);
-        self.release_constants(node, fu);
+        if let Some(needs) = self.problem.needs(node, fu) {
+            self.table.release_reads(&needs.reads, time);
+            self.release_these(&needs.constants);
+        }
         self.at[node] = None;
         if let Some(journal) = &mut self.journal {
             journal.nodes.push((node, (fu, time)));
         }
     }
 
-    fn release_constants(&mut self, node: Node, fu: Fu) {
-        self.release_these(&self.constants_of(node, fu));
-    }
-
-    /// The registers of static files that a node on this unit needs set.
-    fn constants_of(&self, node: Node, fu: Fu) -> Vec<(Place, Initial)> {
-        constants_of(self.problem, node, fu)
-    }
-
-    fn take_constants(&mut self, node: Node, fu: Fu) -> bool {
-        let wanted = self.constants_of(node, fu);
-        for (i, &(place, value)) in wanted.iter().enumerate() {
+    /// Takes the registers and read ports of a node on a unit; false, and nothing taken, where they do not suffice.
+    fn take_needs(&mut self, node: Node, fu: Fu, time: i32) -> bool {
+        let Some(needs) = self.problem.needs(node, fu) else {
+            return true;
+        };
+        for (i, &(place, value)) in needs.constants.iter().enumerate() {
             if !self.keep(place, Keeper::Invariant(value)) {
-                self.release_these(&wanted[..i]);
+                self.release_these(&needs.constants[..i]);
                 self.count_conflict(Conflict::Registers(place));
                 return false;
             }
+        }
+        if let Err(place) = self.table.take_reads(&needs.reads, time) {
+            self.release_these(&needs.constants);
+            self.count_conflict(Conflict::ReadPorts(place));
+            return false;
         }
         true
     }
@@ -278,57 +272,4 @@ impl<'p> Attempt<'_, 'p> {
             journal.routes.push((e, route));
         }
     }
-}
-
-/// The registers of static files that a node on a unit needs set: invariants that the unit cannot
-/// take from a central file, and constants beyond those of its context.
-pub(in crate::modulo) fn constants_of(
-    problem: &Problem<'_>,
-    node: Node,
-    fu: Fu,
-) -> Vec<(Place, Initial)> {
-    let mut constants = problem.srp.fus[fu].constants;
-    let mut wanted = Vec::new();
-    for operand in &problem.dfg.nodes[node].operands {
-        let (ty, value) = match *operand {
-            Operand::Const(bits) if bits.ty() == Ty::Pred => continue,
-            Operand::Const(_) if constants > 0 => {
-                constants -= 1;
-                continue;
-            }
-            Operand::Const(bits) => (bits.ty(), Initial::Const(bits)),
-            Operand::LiveIn(i) => (problem.dfg.live_ins[i as usize].ty, Initial::LiveIn(i)),
-            Operand::Node { .. } => continue,
-        };
-        let central = matches!(value, Initial::LiveIn(_)) && problem.reads_central(fu, ty);
-        if !central {
-            let place = problem
-                .constant_place(fu, ty)
-                .expect("the unit was found to run the node");
-            wanted.push((place, value));
-        }
-    }
-    wanted
-}
-
-/// The files that a node on a unit reads invariants from, once for each register.
-pub(in crate::modulo) fn invariant_reads(problem: &Problem<'_>, node: Node, fu: Fu) -> Vec<Place> {
-    let from_static = constants_of(problem, node, fu);
-    let mut central = Vec::new();
-    for operand in &problem.dfg.nodes[node].operands {
-        let Operand::LiveIn(i) = *operand else {
-            continue;
-        };
-        let ty = problem.dfg.live_ins[i as usize].ty;
-        if problem.reads_central(fu, ty) && !central.iter().any(|&(j, _)| i == j) {
-            let file = problem.srp.central(ty).expect("a unit reads it");
-            central.push((i, problem.graph.file[file]));
-        }
-    }
-    let central = central.into_iter().map(|(_, place)| place);
-    from_static
-        .into_iter()
-        .map(|(place, _)| place)
-        .chain(central)
-        .collect()
 }

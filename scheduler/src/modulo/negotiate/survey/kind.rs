@@ -38,7 +38,7 @@ impl Kind {
                 .map(|p| state.lanes.of[p]);
             let block = lane.map(|lane| lane.checked_sub(fu.index()));
             let plain = timing.interval == 1 && timing.uses.is_empty();
-            if !plain || state.needs(node, fu).is_some() || block == Some(None) {
+            if !plain || state.problem.needs(node, fu).is_some() || block == Some(None) {
                 odd.push(fu);
                 continue;
             }

@@ -238,7 +238,7 @@ impl Survey {
         if timing.interval as i32 > state.ii {
             return;
         }
-        let needs = state.needs(node, fu);
+        let needs = state.problem.needs(node, fu);
         let constants = needs.map_or(0, |needs| state.price_of_constants(needs));
         let result = problem.graph.result_place(fu, problem.dfg.nodes[node].op);
         for slot in 0..slots {
