@@ -1,5 +1,5 @@
-//! Whether the values of a loop have ways at all on an array that does not lead everywhere: from some unit that runs an
-//! operation to some unit that runs what takes its result. What has none has no schedule, however long one is looked for.
+//! Ways of the values of a loop on an array that does not lead everywhere: from some unit that runs an operation to some
+//! unit that runs another, which takes its result. A value without any has no schedule, however long one is looked for.
 
 use super::obstacle::{Destination, Operation, Unschedulable};
 use super::problem::{Edge, Goal, Problem};

@@ -1,4 +1,4 @@
-//! What an operation takes from outside the loop comes from as many files as it needs, and what has no way is refused.
+//! Constants and live-ins come from as many files as an operation needs, and values without a way are refused.
 
 use super::{graph, machine};
 use srp_archdesc::Unwatched;

@@ -118,7 +118,7 @@ impl Attempt<'_, '_> {
         positions
     }
 
-    /// Why a node has no position: the last thing that was in its way somewhere.
+    /// The conflict of a node without a position: the one that is left where it comes furthest.
     pub(super) fn why_nowhere(&self, node: Node) -> Conflict {
         let cycles = self.window(node);
         let positions = || {
@@ -129,13 +129,13 @@ impl Attempt<'_, '_> {
             let timing = self.problem.timing(node, fu);
             self.table.issues(fu, time, timing)
         };
-        match () {
-            () if cycles.is_empty() => Conflict::Reach(node),
-            () if positions().any(|(fu, time)| self.is_free(node, fu, time)) => {
-                Conflict::Reach(node)
-            }
-            () if positions().any(issues) => Conflict::Output(node),
-            () => Conflict::Unit(node),
+        let is_free = |(fu, time)| self.is_free(node, fu, time);
+        if cycles.is_empty() || positions().any(is_free) {
+            Conflict::Reach(node)
+        } else if positions().any(issues) {
+            Conflict::Output(node)
+        } else {
+            Conflict::Unit(node)
         }
     }
 
