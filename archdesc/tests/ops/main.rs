@@ -8,5 +8,6 @@ mod host;
 mod ieee;
 mod integer;
 mod structures;
+mod table;
 mod texture;
 mod values;

@@ -322,7 +322,7 @@ fn wires_are_places_by_their_hops() {
 /// The example of the reference is a machine.
 #[test]
 fn example_of_the_reference_is_a_machine() {
-    let reference = include_str!("../FORMAT.md");
+    let reference = include_str!("../../FORMAT.md");
     let start = reference.find("```xml\n").expect("an example") + "```xml\n".len();
     let length = reference[start..].find("```").expect("its end");
     let arch = read("FORMAT.md", &reference[start..start + length]);
