@@ -52,11 +52,13 @@ fn show_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
             ps => format!(", FO4 {ps} ps"),
         }
     )?;
+    // The product of two decimals has digits that neither has.
+    let rounded = |gflops: f64| (gflops * 1000.0).round() / 1000.0;
     writeln!(
         out,
         "peak {} GFLOPS per core, {} in all ({flops} floating-point operations per cycle)",
-        flops * ghz,
-        flops * ghz * cores
+        rounded(flops * ghz),
+        rounded(flops * ghz * cores)
     )?;
     writeln!(out)?;
     show_grid(out, arch, &kinds)?;

@@ -215,6 +215,20 @@ fn machines_are_shown() {
 }
 
 #[test]
+fn peaks_have_no_more_digits_than_a_clock() {
+    for mhz in 400..800 {
+        let clock = format!("srp-mhz=\"{mhz}\"");
+        let arch = read("clock.xml", &edit(SGRT.xml, "srp-mhz=\"1000\"", &clock));
+        let text = show(&arch);
+        let line = text.lines().find(|line| line.starts_with("peak "));
+        let peak = line.and_then(|line| line.split(' ').nth(1));
+        let peak = peak.expect("a peak is shown");
+        let digits = peak.split_once('.').map_or(0, |(_, digits)| digits.len());
+        assert!(digits <= 3, "{mhz} MHz: {peak}");
+    }
+}
+
+#[test]
 fn resource_graph_of_the_tiny_machine() {
     let arch = machine(TINY);
     let graph = ResourceGraph::of(&arch.srp);
