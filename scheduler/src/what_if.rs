@@ -271,7 +271,7 @@ fn attempt(
 }
 
 /// The II of a loop on a changed machine, where it is below `ii`. Most changes do not help, so each is tried with a part of
-/// the effort first.
+/// the effort first; one that does has the II of a search of its own, with smaller ones from short schedules of large loops.
 pub fn lower(dfg: &Dfg, srp: &Srp, ii: u32, options: &Options, watch: &dyn Watch) -> Option<u32> {
     let bound = modulo::bounds(dfg, srp).min_ii();
     if watch.cancelled() || bound >= ii {
@@ -281,14 +281,10 @@ pub fn lower(dfg: &Dfg, srp: &Srp, ii: u32, options: &Options, watch: &dyn Watch
         let scheduled = modulo::schedule(dfg, srp, options, watch).ok()?;
         Some(scheduled.schedule.ii)
     };
-    // The II alone is asked for.
-    let options = &Options {
-        compaction: 0,
-        ..*options
-    };
     let part = Options {
         effort: options.effort / 4,
         exact_effort: options.exact_effort / 8,
+        compaction: 0,
         ..*options
     };
     let first = reached(&part).filter(|&reached| reached < ii)?;
