@@ -191,37 +191,36 @@ fn a_large_loop_has_the_ii_that_was_told() {
 }
 
 /// A machine that computes some operations in software, with few contexts.
-const SOFTWARE: &str = "\
-<machine name=\"software\">
-<resource name=\"sram_port\" count=\"2\"/>
-<resource name=\"mulport\" count=\"1\"/>
-<op class=\"load\" latency=\"4\" uses=\"sram_port\"/>
-<op class=\"store\" uses=\"sram_port\"/>
-<op class=\"imul\" latency=\"4\" interval=\"3\" uses=\"mulport\"/>
-<op class=\"fmul\" latency=\"5\" interval=\"2\" uses=\"mulport\"/>
-<op class=\"fadd\" latency=\"4\" interval=\"2\"/>
-<fu-type name=\"ctl\" width=\"128\" constants=\"1\" classes=\"alu imul idiv pred cvt lane load store cload cstore tex io branch fmul fadd fma\">
-  <file name=\"r\" kind=\"rotating\" size=\"4\" read-ports=\"1\" from-links=\"true\"/>
-  <file name=\"s\" kind=\"static\" size=\"2\"/>
+const SOFTWARE: &str = r#"<machine name="software">
+<resource name="sram_port" count="2"/>
+<resource name="mulport" count="1"/>
+<op class="load" latency="4" uses="sram_port"/>
+<op class="store" uses="sram_port"/>
+<op class="imul" latency="4" interval="3" uses="mulport"/>
+<op class="fmul" latency="5" interval="2" uses="mulport"/>
+<op class="fadd" latency="4" interval="2"/>
+<fu-type name="ctl" width="128" constants="1" classes="alu imul idiv pred cvt lane load store cload cstore tex io branch fmul fadd fma">
+  <file name="r" kind="rotating" size="4" read-ports="1" from-links="true"/>
+  <file name="s" kind="static" size="2"/>
 </fu-type>
-<fu-type name=\"int\" width=\"32\" pred-out=\"false\" classes=\"alu pred\">
-  <file name=\"r\" kind=\"rotating\" size=\"4\" read-ports=\"2\"/>
+<fu-type name="int" width="32" pred-out="false" classes="alu pred">
+  <file name="r" kind="rotating" size="4" read-ports="2"/>
 </fu-type>
-<fu-type name=\"fp\" width=\"32\" classes=\"alu fadd fmul pred cvt\">
-  <file name=\"r\" kind=\"rotating\" size=\"4\" read-ports=\"2\" from-links=\"true\"/>
+<fu-type name="fp" width="32" classes="alu fadd fmul pred cvt">
+  <file name="r" kind="rotating" size="4" read-ports="2" from-links="true"/>
 </fu-type>
-<array rows=\"3\" cols=\"5\" topology=\"mesh\" link-delay=\"1\" contexts=\"40\">
-  <row units=\"ctl int ctl int fp\"/>
-  <row units=\"int fp int fp int\"/>
-  <row units=\"fp int fp int ctl\"/>
-  <file name=\"word\" kind=\"central\" width=\"32\" size=\"24\" read-ports=\"3\"/>
-  <file name=\"vec\" kind=\"central\" width=\"128\" size=\"16\"/>
-  <file name=\"pred\" kind=\"central\" width=\"1\" size=\"8\"/>
+<array rows="3" cols="5" topology="mesh" link-delay="1" contexts="40">
+  <row units="ctl int ctl int fp"/>
+  <row units="int fp int fp int"/>
+  <row units="fp int fp int ctl"/>
+  <file name="word" kind="central" width="32" size="24" read-ports="3"/>
+  <file name="vec" kind="central" width="128" size="16"/>
+  <file name="pred" kind="central" width="1" size="8"/>
 </array>
-<vliw slots=\"2\" branch-delay=\"3\" mode-switch=\"10\" preload-width=\"1\"/>
-<system cores=\"1\" srp-mhz=\"800\" tni-mhz=\"800\">
-  <sram size=\"64K\" banks=\"2\" width=\"4\"/>
-  <tni trvs=\"1\" ists=\"2\" pipeline=\"single\" stacks=\"4\"/>
+<vliw slots="2" branch-delay="3" mode-switch="10" preload-width="1"/>
+<system cores="1" srp-mhz="800" tni-mhz="800">
+  <sram size="64K" banks="2" width="4"/>
+  <tni trvs="1" ists="2" pipeline="single" stacks="4"/>
 </system>
 </machine>
-";
+"#;

@@ -1,5 +1,5 @@
-//! Mistakes in machine files: each `errors/NAME.xml` and the exact text shown for it, in
-//! `errors/NAME.stderr`; and machines that are right and not as they seem, in `warnings`. `BLESS=1 cargo test` writes these
+//! Mistakes in machine files: each `tests/errors/NAME.xml` and the exact text shown for it, in
+//! `NAME.stderr` there; and machines that are right and not as they seem, in `tests/warnings`. `BLESS=1 cargo test` writes these
 //! texts anew.
 
 use std::collections::BTreeSet;

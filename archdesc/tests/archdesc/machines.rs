@@ -1,5 +1,5 @@
 //! The shipped machines: what they are, that they grow, and that their expanded form is the same
-//! machine. Golden texts stand in `golden/`; `BLESS=1 cargo test` writes them anew.
+//! machine. Golden texts stand in `tests/golden/`; `BLESS=1 cargo test` writes them anew.
 
 use std::fmt::Write;
 use std::path::Path;
