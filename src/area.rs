@@ -36,6 +36,7 @@ pub(crate) fn run(args: &cli::Area) -> Result<(), Failure> {
 /// The paper's areas of one SRP and of four cores, mm² at 65 nm.
 const PAPER_SRP: f64 = 2.9;
 const PAPER_CHIP: f64 = 25.0;
+const PAPER_CORES: u32 = 4;
 
 /// The SRP by its parts, and the whole.
 fn write_chip(out: &mut String, arch: &Arch) -> std::fmt::Result {
@@ -59,15 +60,14 @@ fn write_chip(out: &mut String, arch: &Arch) -> std::fmt::Result {
     )?;
     write_specials(out, arch)?;
     let chip = Chip::of(arch);
+    let deviation = match chip.cores {
+        PAPER_CORES => format!(": {:+.0} %", 100.0 * (chip.total_mm2 / PAPER_CHIP - 1.0)),
+        _ => String::new(),
+    };
     writeln!(
         out,
-        "\nchip: {} × (SRP {:.2} + T&I {:.2}) + bus {:.3} = {:.2} mm² (the paper's four cores {PAPER_CHIP}: {:+.0} %)",
-        chip.cores,
-        chip.srp_mm2,
-        chip.tni_mm2,
-        chip.bus_mm2,
-        chip.total_mm2,
-        100.0 * (chip.total_mm2 / PAPER_CHIP - 1.0)
+        "\nchip: {} × (SRP {:.2} + T&I {:.2}) + bus {:.3} = {:.2} mm² (the paper's four cores {PAPER_CHIP}{deviation})",
+        chip.cores, chip.srp_mm2, chip.tni_mm2, chip.bus_mm2, chip.total_mm2
     )?;
     for (technology, mm2) in &chip.scaled_mm2 {
         writeln!(out, "  {:>2} nm {mm2:>9.3} mm²", technology.nm)?;
@@ -106,7 +106,11 @@ fn write_specials(out: &mut String, arch: &Arch) -> std::fmt::Result {
             parts.join(", ")
         )?;
     }
-    Ok(())
+    writeln!(
+        out,
+        "Each row is a unit of its own. Functions of a unit with a common datapath have it once, and units repeat, so that \
+         these rows\nare no parts of the sum above"
+    )
 }
 
 /// The chip of a machine by its parts, and what each operation takes.
@@ -241,7 +245,9 @@ fn items(out: &mut String, costs: &Area) -> std::fmt::Result {
             Some(unit) => writeln!(
                 out,
                 "{:20} {unit:>9.5} {:>6} {:>9.3}",
-                item.name, item.count, item.total
+                item.name,
+                (10.0 * item.count).round() / 10.0,
+                item.total
             )?,
             None => writeln!(
                 out,

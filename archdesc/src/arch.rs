@@ -332,11 +332,11 @@ impl Arch {
         for fu in self.srp.fus.values_mut() {
             for how in &mut fu.ops {
                 let (latency, interval) = pipeline::natural(how.class, mhz);
-                if !how.given[0] {
-                    how.latency = latency;
-                }
                 if !how.given[1] {
                     how.interval = interval;
+                }
+                if !how.given[0] {
+                    how.latency = latency.max(how.interval);
                 }
                 let mut all = Vec::new();
                 for (special, unit) in &units {
@@ -362,16 +362,23 @@ impl Arch {
                 }
                 let floats = self.precision.formats;
                 let narrow = Opcode::ALL.iter().filter(|op| op.class() == how.class);
-                all.extend(narrow.filter(|_| !how.given[0]).map(|&op| SpecialOp {
-                    op,
-                    how: FuOp {
-                        uses: how.uses.clone(),
-                        ..FuOp::new(
-                            how.class,
-                            operator::cycles_in(floats.of(op).significand, how.class, how.latency),
-                            how.interval,
-                        )
-                    },
+                all.extend(narrow.filter(|_| !how.given[0]).map(|&op| {
+                    SpecialOp {
+                        op,
+                        how: FuOp {
+                            uses: how.uses.clone(),
+                            ..FuOp::new(
+                                how.class,
+                                operator::cycles_in(
+                                    floats.of(op).significand,
+                                    how.class,
+                                    how.latency,
+                                )
+                                .max(how.interval),
+                                how.interval,
+                            )
+                        },
+                    }
                 }));
                 let as_others = (how.latency, how.interval);
                 all.retain(|s| (s.how.latency, s.how.interval) != as_others);

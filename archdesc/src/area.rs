@@ -68,8 +68,8 @@ pub struct Item {
     pub name: &'static str,
     /// Area of one, mm²; `None` where it is a part of others' area.
     pub unit: Option<f64>,
-    /// How many.
-    pub count: u32,
+    /// Their number, whole but for what is measured: of registers, KiB.
+    pub count: f64,
     /// Area of all, mm².
     pub total: f64,
 }
@@ -203,7 +203,7 @@ fn items(tni: &TniSpec, haste: &Haste, trv: Complexity, ist: Complexity) -> Vec<
     let item = |name, unit: f64, count: u32| Item {
         name,
         unit: Some(unit),
-        count,
+        count: f64::from(count),
         total: unit * f64::from(count),
     };
     let (boxes, triangles) = (trv.operations, ist.operations);
@@ -248,10 +248,10 @@ fn items(tni: &TniSpec, haste: &Haste, trv: Complexity, ist: Complexity) -> Vec<
     items.push(Item {
         name: "control",
         unit: None,
-        count: 1,
+        count: 1.0,
         total: CONTROL * sum(&items),
     });
-    let registers = (trv.registers + ist.registers).div_ceil(1024);
+    let registers = trv.registers + ist.registers;
     for (name, spec, usual, count) in [
         ("TRV L1", &tni.trv_l1, WAYS[0], tni.trvs),
         ("TRV L2", &tni.trv_l2, WAYS[1], 1),
@@ -261,11 +261,17 @@ fn items(tni: &TniSpec, haste: &Haste, trv: Complexity, ist: Complexity) -> Vec<
         let each = cache_area_of(spec, usual, 8 * spec.line, 1);
         items.push(item(name, each, count));
     }
-    items.push(item("KiB of registers", RF_4K / 4.0, registers));
+    let kib = f64::from(registers) / 1024.0;
+    items.push(Item {
+        name: "KiB of registers",
+        unit: Some(RF_4K / 4.0),
+        count: kib,
+        total: RF_4K / 4.0 * kib,
+    });
     items.push(Item {
         name: "wiring",
         unit: None,
-        count: 1,
+        count: 1.0,
         total: WIRING * sum(&items),
     });
     items

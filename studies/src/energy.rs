@@ -187,16 +187,15 @@ impl Prices<'_> {
         let energy = |&op: &Opcode| chip::operation_energy(op, arch);
         let graph = ResourceGraph::of(&arch.srp);
         let slots = arch.srp.slots();
-        let bits = slots
-            .iter()
-            .map(|&fu| chip::context_bits(&arch.srp, &graph, fu));
-        let bundle_context = chip::context_energy(bits.sum());
+        let bits = chip::context_bits(&arch.srp, &graph);
+        let bundle_context = chip::context_energy(slots.iter().map(|&fu| bits[fu]).sum());
+        let contexts = chip::context_energy(chip::all_context_bits(&arch.srp, &graph));
         Prices {
             arch,
             inputs: chip::wire_inputs(&arch.srp, &graph),
             graph,
             operations: Opcode::ALL.iter().map(energy).collect(),
-            contexts: chip::context_energy(chip::all_context_bits(&arch.srp)),
+            contexts,
             bundle_context,
         }
     }

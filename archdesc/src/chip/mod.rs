@@ -2,9 +2,10 @@
 //!
 //! A unit of the array has the operators of the widest of its classes, once, and each special function
 //! of its classes; functions with a common datapath have one between them. Multiplexers have an input for
-//! each place that a unit reads, and for each that a wire of a switch or a bus takes values from. A context has
-//! for every unit an opcode, a choice for every operand, addresses of registers and constants, and for every
-//! wire a choice.
+//! each place that a unit reads, for each that a wire of a switch or a bus takes values from, and at each port by which
+//! a register file is written for each result and each link that may be written there. A context has
+//! for every unit an opcode, a choice for every operand and for what it writes, addresses of registers and constants, and
+//! for every wire a choice.
 
 mod energy;
 mod operators;
@@ -21,7 +22,7 @@ use ports::Accesses;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::arch::{Arch, Fu, FuSpec, Srp, Wire};
+use crate::arch::{Arch, FileSpec, Fu, FuSpec, Srp, Wire};
 use crate::area::{CONTROL, WIRING, area, cache_area_of};
 use crate::cost::Technology;
 use crate::cost::memory::{REGISTER_BIT, SRAM_BIT, file_area};
@@ -29,7 +30,7 @@ use crate::cost::operator::{MULTIPLEXER_BIT, integer_add, product_area};
 use crate::entity::EntityMap;
 use crate::isa::{Class, Opcode};
 use crate::precision::Approx;
-use crate::resource::ResourceGraph;
+use crate::resource::{ReadPath, ResourceGraph};
 use crate::structure::{Special, Structure};
 use crate::system::{BankSpec, CacheSpec};
 
@@ -225,17 +226,16 @@ fn storage(arch: &Arch) -> Vec<Item> {
         (count, bits, area)
     };
     let (mut inputs, mut multiplexers) = (0u32, 0.0);
-    let mut contexts = 0u32;
     for (fu, spec) in srp.fus.iter() {
         let paths = &graph.reads[fu];
         let bits: u32 = paths.iter().map(|path| path.width.min(spec.width)).sum();
         inputs += OPERANDS * paths.len() as u32;
         multiplexers +=
             f64::from(OPERANDS) * MULTIPLEXER_BIT * f64::from(bits.saturating_sub(spec.width));
-        contexts += context_bits(srp, &graph, fu);
     }
+    let (written, write_multiplexers) = write_multiplexers(srp, &graph);
     let switches = switches(srp, &graph);
-    contexts += wire_context_bits(srp, &graph);
+    let contexts = all_context_bits(srp, &graph);
     let outputs: u32 = srp
         .fus
         .values()
@@ -277,6 +277,11 @@ fn storage(arch: &Arch) -> Vec<Item> {
             "operand multiplexers",
             format!("{inputs} inputs, {} links", srp.links.len()),
             multiplexers,
+        ),
+        item(
+            "write multiplexers",
+            format!("{written} inputs"),
+            write_multiplexers,
         ),
     ];
     if !srp.wires.is_empty() {
@@ -409,33 +414,61 @@ fn choice(of: usize) -> u32 {
     (of.max(1) as u32).next_power_of_two().ilog2()
 }
 
-/// Bits of a context for one unit.
-pub fn context_bits(srp: &Srp, graph: &ResourceGraph, fu: Fu) -> u32 {
-    let spec = &srp.fus[fu];
-    // Constants are sources as well.
-    let sources = graph.reads[fu].len() + spec.constants as usize;
-    let mut bits = opcode_bits(srp) + OPERANDS * choice(sources) + 32 * spec.constants;
+/// Bits of a context for each unit.
+pub fn context_bits(srp: &Srp, graph: &ResourceGraph) -> EntityMap<Fu, u32> {
+    let opcode = opcode_bits(srp);
+    let of_unit = |(fu, spec): (Fu, &FuSpec)| {
+        // Constants are sources as well.
+        let sources = graph.reads[fu].len() + spec.constants as usize;
+        opcode + OPERANDS * choice(sources) + 32 * spec.constants
+    };
+    let mut bits: EntityMap<Fu, u32> = srp.fus.iter().map(of_unit).collect();
+    let share = |ports: u32, users: &[Fu]| ports.div_ceil(users.len() as u32);
     for file in srp.files.values() {
         let address = choice(file.size as usize);
-        let shared = |users: &[Fu], ports: u32| match users.len() {
-            0 => 0,
-            n => ports.div_ceil(n as u32),
-        };
-        if file.readers.contains(&fu) {
-            bits += address * shared(&file.readers, file.read_ports);
+        for &fu in &file.readers {
+            bits[fu] += address * share(file.read_ports, &file.readers);
         }
-        if file.writers.contains(&fu) {
-            bits += (address + 1) * shared(&file.writers, file.write_ports);
+        for &fu in &file.writers {
+            let source = choice(1 + brought(file, &graph.reads[fu]).count());
+            bits[fu] += (address + 1 + source) * share(file.write_ports, &file.writers);
         }
     }
     bits
 }
 
+/// Bits of each value that links and wires bring to a unit, and that goes from there into a register file which the unit
+/// writes; none where only results go into it.
+fn brought<'a>(file: &'a FileSpec, reads: &'a [ReadPath]) -> impl Iterator<Item = u32> + 'a {
+    let brought = |path: &&ReadPath| file.from_links && path.over.is_some();
+    let paths = reads.iter().filter(brought);
+    paths.map(|path| path.width.min(file.width))
+}
+
+/// Inputs of the multiplexers at the ports by which register files are written, and their area, µm²: at each port the
+/// results of all units that write the file, and what links bring to them.
+fn write_multiplexers(srp: &Srp, graph: &ResourceGraph) -> (u32, f64) {
+    let (mut inputs, mut bits) = (0, 0.0);
+    for file in srp.files.values() {
+        let own = file
+            .writers
+            .iter()
+            .map(|&fu| srp.fus[fu].width.min(file.width));
+        let brought = file
+            .writers
+            .iter()
+            .map(|&fu| brought(file, &graph.reads[fu]));
+        let each: Vec<u32> = own.chain(brought.flatten()).collect();
+        let all: u32 = each.iter().sum();
+        inputs += file.write_ports * each.len() as u32;
+        bits += f64::from(file.write_ports) * f64::from(all.saturating_sub(file.width));
+    }
+    (inputs, MULTIPLEXER_BIT * bits)
+}
+
 /// Bits of a context for all units and wires.
-pub fn all_context_bits(srp: &Srp) -> u32 {
-    let graph = ResourceGraph::of(srp);
-    let units = srp.fus.keys().map(|fu| context_bits(srp, &graph, fu));
-    units.sum::<u32>() + wire_context_bits(srp, &graph)
+pub fn all_context_bits(srp: &Srp, graph: &ResourceGraph) -> u32 {
+    context_bits(srp, graph).values().sum::<u32>() + wire_context_bits(srp, graph)
 }
 
 /// The inputs of each wire's multiplexer: two of a unit with a predicate output, and their bits together.

@@ -95,24 +95,24 @@ impl Arithmetic {
 struct Use {
     /// By how much it has to be larger for the quickest of them.
     area: f64,
-    /// The shortest time from one use to the next.
-    interval: u32,
+    /// The fewest passes that one of them makes.
+    passes: u32,
 }
 
 impl Use {
     const NONE: Use = Use {
         area: 1.0,
-        interval: u32::MAX,
+        passes: u32::MAX,
     };
 
     fn by(&mut self, depth: Depth) {
         self.area = self.area.max(depth.area());
-        self.interval = self.interval.min(depth.interval);
+        self.passes = self.passes.min(depth.passes);
     }
 
     /// Area with a part that an operation passes once, and one that it passes as often as there is time for.
     fn um2(&self, once: f64, repeated: f64) -> f64 {
-        let times = match self.interval {
+        let times = match self.passes {
             u32::MAX => 1.0,
             times => f64::from(times),
         };

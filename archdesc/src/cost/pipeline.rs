@@ -103,8 +103,8 @@ pub fn natural(class: Class, mhz: u32) -> (u32, u32) {
 pub struct Depth {
     /// How many times what an operation passes in a cycle is longer than the cycle; at least 1.
     pub haste: f64,
-    /// Cycles from issue to issue.
-    pub interval: u32,
+    /// Passes of an operation over the rows of its unit: one a cycle until it is through or lets the next one in.
+    pub passes: u32,
     /// Operations in flight beyond those of the priced pipeline, each of which has registers.
     stages: i32,
 }
@@ -133,7 +133,7 @@ impl Depth {
         };
         Depth {
             haste: haste.max(1.0),
-            interval,
+            passes: latency.min(interval),
             stages: in_flight(latency, interval) - in_flight(priced.0, priced.1),
         }
     }

@@ -60,7 +60,7 @@ fn default() -> SystemSpec {
             post_latency: 1,
             ist_latency: 1,
             fifo: 16,
-            rau_rows: 16,
+            rau_rows: 8,
             rau_rays: RAU_RAYS,
             trv_l1: cache(16, 2, 1, 1, 8),
             trv_l2: cache(128, 2, 20, 8, 16),

@@ -43,7 +43,7 @@ fn write_machine(out: &mut String, arch: &Arch) -> std::fmt::Result {
     writeln!(out, "/>")?;
     let none = TOPOLOGIES.iter().find(|(_, t)| *t == Topology::None);
     let none = none.map_or("", |(name, _)| name);
-    let hops = match arch.srp.wires.is_empty() && arch.srp.hops == HOPS {
+    let hops = match arch.srp.hops == HOPS {
         true => String::new(),
         false => format!(" hops=\"{}\"", arch.srp.hops),
     };

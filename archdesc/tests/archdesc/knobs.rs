@@ -274,11 +274,32 @@ fn area_follows_from_everything_else() {
             "<row units=\"vec vec vec scalar\"/>",
         ),
         ("<sram ", "<texture weight-bits=\"12\"/><sram "),
+        (
+            "kind=\"static\" size=\"8\"",
+            "kind=\"static\" from-links=\"true\" size=\"8\"",
+        ),
     ];
     for edit in larger {
         let changed = area(&machine("", &[edit]));
         assert!(changed > base, "{edit:?}: {changed} for {base}");
     }
+}
+
+/// A unit's result comes after as many cycles as the unit is busy with it, and an array of products saves no more area than
+/// there are cycles to pass it.
+#[test]
+fn a_longer_interval_takes_the_latency_along() {
+    let imul = |attributes: &str| {
+        let op = format!("<op class=\"imul\" {attributes}/>");
+        machine("", &[("<op class=\"imul\"/>", &op)])
+    };
+    let how = |attributes: &str| cycles(&imul(attributes), Opcode::Mul);
+    assert_eq!(how(""), (2, 1));
+    assert_eq!(how("interval=\"8\""), (8, 8));
+    assert_eq!(how("interval=\"8\" latency=\"3\""), (3, 8));
+    let [once, twice, often] = ["1", "2", "8"]
+        .map(|interval| area(&imul(&format!("interval=\"{interval}\" latency=\"2\""))));
+    assert!(once > twice && twice == often, "{once} {twice} {often}");
 }
 
 /// Ports and banks of memories take area, and no more than units that each choose a bank themselves.

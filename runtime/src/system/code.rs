@@ -11,6 +11,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use schemars::JsonSchema;
+use srp_archdesc::ResourceGraph;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::chip;
 use srp_archdesc::system::CacheSpec;
@@ -65,7 +66,8 @@ impl CodeLayout {
         sizes: &CodeSizes,
         arch: &Arch,
     ) -> Result<CodeLayout, SystemError> {
-        let context_bytes = u64::from(chip::all_context_bits(&arch.srp).div_ceil(8));
+        let graph = ResourceGraph::of(&arch.srp);
+        let context_bytes = u64::from(chip::all_context_bits(&arch.srp, &graph).div_ceil(8));
         let mut at = scene_end.next_multiple_of(ALIGNMENT);
         let mut places = |sizes: &mut dyn Iterator<Item = u64>, alignment| {
             let mut starts = Vec::new();

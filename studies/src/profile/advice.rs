@@ -189,7 +189,7 @@ const LONGEST: u32 = 48;
 const MISSES: u32 = 16;
 
 /// Rows in which rays stand aside, as the machine that comes along has them.
-const RAU_ROWS: u32 = 16;
+const RAU_ROWS: u32 = 8;
 
 /// A cache that its core stands still for, and the loads that go through it.
 struct Stalled {

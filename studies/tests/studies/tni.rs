@@ -250,6 +250,24 @@ fn rays_that_stand_hold_up_those_behind_them() {
     assert!(joined(&all) > 0);
 }
 
+/// A row waits for a line, and no more lines are asked for than there may be misses: more rows change nothing.
+#[test]
+fn rows_beyond_the_misses_stay_empty() {
+    let mut random = Random::new(7);
+    let triangles = soup(&mut random, 800);
+    let tree = image(&triangles, Builder::Sweep);
+    let rays = rays(&mut random, 1000, Vec3::splat(-0.5), Vec3::splat(1.5));
+    for (name, mut spec) in variants() {
+        let misses = spec.tni.trv_l1.misses.max(spec.tni.ist_l1.misses);
+        let [fewer, enough, more] = [misses / 2, misses, 2 * misses + 3].map(|rows| {
+            spec.tni.rau_rows = rows;
+            drive(&spec, &tree, &rays).counters
+        });
+        assert_eq!(enough, more, "{name}");
+        assert_ne!(fewer, enough, "{name}");
+    }
+}
+
 #[test]
 fn every_cycle_of_every_part_is_accounted_for() {
     let mut random = Random::new(9);

@@ -1,6 +1,7 @@
 //! Warnings about memories.
 
 use super::super::findings::Findings;
+use super::super::limits;
 use super::super::raw;
 use super::{dead, dead_if_given};
 use crate::arch::Arch;
@@ -9,6 +10,7 @@ use crate::dram::{BankedSpec, DramModel};
 /// Warns of what a memory leaves without effect.
 pub(super) fn remarks(found: &Findings, system: &raw::System, arch: &Arch) {
     sram(found, system, arch);
+    buffers(found, system, arch);
     let Some(raw) = &system.dram else {
         return;
     };
@@ -43,6 +45,33 @@ fn sram(found: &Findings, system: &raw::System, arch: &Arch) {
                 dead(found, text.span, &what, "it has no banks", help);
             }
         }
+    }
+}
+
+/// Buffers that the frame's program leaves empty: a packet that is traced takes one of each kind, and one more ray buffer is
+/// filled meanwhile.
+fn buffers(found: &Findings, system: &raw::System, arch: &Arch) {
+    let Some(raw) = &system.buffers else {
+        return;
+    };
+    let spec = &arch.system.buffers;
+    let (rays, hits) = (spec.ray_buffers, spec.hit_buffers);
+    let packets = hits.min(rays - 1);
+    let (text, name, number, used) = match rays - 1 > hits {
+        true => (&raw.ray_buffers, "ray-buffers", rays, packets + 1),
+        false => (&raw.hit_buffers, "hit-buffers", hits, packets),
+    };
+    if let Some(text) = text.as_ref().filter(|_| number > used) {
+        let message = format!(
+            "of {number} `{name}` the shipped frame uses {used}: each packet that is traced takes a ray buffer and a hit \
+             buffer, and one ray buffer more is filled meanwhile"
+        );
+        let warning = found.warning("A0701", text.span, message, "stay empty");
+        let hit = hits.max(rays - 1).min(limits::RAY_BUFFERS.max - 1);
+        let ray = hit + 1;
+        found.push(warning.help(format!(
+            "have `ray-buffers=\"{ray}\" hit-buffers=\"{hit}\"`, if no program of your own takes them"
+        )));
     }
 }
 

@@ -12,6 +12,7 @@ pub(super) fn remarks(found: &Findings, system: &raw::System, arch: &Arch) {
         let tni = &arch.system.tni;
         node_bytes(found, raw, tni);
         stacks(found, raw, tni);
+        rows(found, raw, tni);
         if tni.rau_rows == 0 {
             let why =
                 "with `rau-rows` 0 there is no accumulation unit, and a ray that misses stands";
@@ -34,6 +35,23 @@ fn stacks(found: &Findings, raw: &raw::Tni, tni: &TniSpec) {
         let warning = found.warning("A0701", text.span, message, "take area and stay empty");
         found.push(warning.help(format!(
             "have `stacks=\"{most}\"`, or a longer `fifo` and more sub-pipelines"
+        )));
+    }
+}
+
+/// Rows of accumulation units that no ray ever opens: each waits for a line, and the cache before it asks for no more of them
+/// than it may have misses. A row whose line has come gives up all its rays before another is opened.
+fn rows(found: &Findings, raw: &raw::Tni, tni: &TniSpec) {
+    let most = tni.trv_l1.misses.max(tni.ist_l1.misses);
+    if let Some(text) = raw.rau_rows.as_ref().filter(|_| tni.rau_rows > most) {
+        let message = format!(
+            "of {} `rau-rows` {} have no effect: a row waits for a line, and at most {most} lines are asked for at a time",
+            tni.rau_rows,
+            tni.rau_rows - most
+        );
+        let warning = found.warning("A0701", text.span, message, "take area and stay empty");
+        found.push(warning.help(format!(
+            "have `rau-rows=\"{most}\"`, or more `misses` of `<trv-l1>` and `<ist-l1>`"
         )));
     }
 }
