@@ -20,6 +20,16 @@ pub struct Demand {
     pub bound: u32,
 }
 
+impl Demand {
+    /// True if it is of units, and of these classes among others.
+    pub fn is_of(&self, classes: &[Class]) -> bool {
+        match &self.need {
+            Need::Units(own) => classes.iter().all(|class| own.contains(class)),
+            Need::Array | Need::Shared(_) => false,
+        }
+    }
+}
+
 /// A resource that bounds an II.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Need {

@@ -4,11 +4,12 @@
 use crate::demand::{Demand, Need};
 use crate::modulo::{self, Options};
 use srp_archdesc::arch::{
-    FileKind, Fu, FuOp, Input, LinkSpec, Resource, ResourceSpec, Srp, WireSpec,
+    FileKind, FileSpec, Fu, FuOp, Input, LinkSpec, Resource, ResourceSpec, Srp, WireSpec,
 };
 use srp_archdesc::entity::EntityMap;
 use srp_archdesc::isa::{Class, Ty};
-use srp_archdesc::{Watch, threads};
+use srp_archdesc::threads;
+use srp_archdesc::watch::{Event, Watch};
 use srp_ir::dfg::{Dfg, Operand};
 use std::collections::BTreeSet;
 
@@ -27,6 +28,8 @@ pub enum Edit {
     LocalFiles(u32),
     /// Every register file has one more port to read and to write.
     FilePorts,
+    /// Values that links and wires bring to a unit go into its own register files.
+    FromLinks,
     /// The configuration memory has twice the contexts.
     Contexts,
     /// An instruction has one more constant.
@@ -82,6 +85,7 @@ impl Edit {
             Edit::FilePorts => {
                 "one more port to read and to write in every register file".to_owned()
             }
+            Edit::FromLinks => "links that lead into the units' own register files".to_owned(),
             Edit::Contexts => "twice the contexts".to_owned(),
             Edit::Constants => "one more constant an instruction".to_owned(),
             Edit::Links(Apart::Neighbours) => "links to all four neighbours".to_owned(),
@@ -108,6 +112,7 @@ impl Edit {
                 let latency = faster(op?);
                 Some(format!("op[class={class}].latency={latency}"))
             }
+            Edit::FromLinks => Some("fu-type[*]/file[*].from-links=true".to_owned()),
             Edit::Contexts => Some(format!("array.contexts={}", 2 * srp.contexts)),
             Edit::Constants => {
                 let most = srp.fus.values().map(|fu| fu.constants).max()?;
@@ -135,17 +140,14 @@ impl Edit {
             }
             Edit::EveryCycle(class) => of_class(srp, class, |op| op.interval = 1),
             Edit::Faster(class) => of_class(srp, class, |op| op.latency = faster(op)),
-            Edit::LocalFiles(times) => {
-                let files = srp.files.values_mut();
-                let local = files.filter(|f| f.kind != FileKind::Central);
-                local.for_each(|f| f.size *= times);
-            }
+            Edit::LocalFiles(times) => local_files(srp).for_each(|f| f.size *= times),
             Edit::FilePorts => {
                 for file in srp.files.values_mut() {
                     file.read_ports += 1;
                     file.write_ports += 1;
                 }
             }
+            Edit::FromLinks => local_files(srp).for_each(|f| f.from_links = true),
             Edit::Contexts => srp.contexts *= 2,
             Edit::Constants => {
                 let most = srp.fus.values().map(|fu| fu.constants).max();
@@ -159,6 +161,11 @@ impl Edit {
             Edit::NoWireRegisters => srp.wires.values_mut().for_each(|w| w.delay = 0),
         }
     }
+}
+
+fn local_files(srp: &mut Srp) -> impl Iterator<Item = &mut FileSpec> {
+    let files = srp.files.values_mut();
+    files.filter(|file| file.kind != FileKind::Central)
 }
 
 /// The latency of an operation that takes a cycle less.
@@ -177,19 +184,46 @@ fn of_class(srp: &mut Srp, class: Class, change: impl Fn(&mut FuOp)) {
     }
 }
 
-/// A change that lowers a loop's II: one edit or two.
+/// A machine that edits are made on.
+#[derive(Clone, Copy, Debug)]
+pub struct Base<'a> {
+    /// The machine.
+    pub srp: &'a Srp,
+    /// The number of changes that make it of the machine that the question is about.
+    pub changes: usize,
+}
+
+/// A change that lowers a loop's II.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// The changes.
+    /// The number of the machine that the edits are made on.
+    pub base: usize,
+    /// The edits; none where that machine alone does it.
     pub edits: Vec<Edit>,
     /// The II on the changed machine.
     pub ii: u32,
 }
 
-/// Describes several edits in words.
-pub fn in_words(edits: &[Edit], srp: &Srp) -> String {
-    let edits = edits.iter().map(|edit| edit.in_words(srp));
-    edits.collect::<Vec<_>>().join(" and ")
+/// Describes several edits in words, made one after the other.
+pub fn in_words(edits: &[Edit], srp: &Srp) -> Vec<String> {
+    one_by_one(edits, srp, Edit::in_words)
+}
+
+/// The attributes of a machine file that make several edits, one after the other; `None` where one of them has none.
+pub fn settings(edits: &[Edit], srp: &Srp) -> Option<Vec<String>> {
+    let settings = one_by_one(edits, srp, Edit::setting);
+    settings.into_iter().collect()
+}
+
+/// An answer for each edit and the machine that it is made on.
+fn one_by_one<T>(edits: &[Edit], srp: &Srp, say: impl Fn(Edit, &Srp) -> T) -> Vec<T> {
+    let mut srp = srp.clone();
+    let said = edits.iter().map(|edit| {
+        let said = say(*edit, &srp);
+        edit.apply(&mut srp);
+        said
+    });
+    said.collect()
 }
 
 /// The machine with several edits made.
@@ -200,7 +234,7 @@ pub fn changed(srp: &Srp, edits: &[Edit]) -> Srp {
 }
 
 /// The result of trying changes.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WhatIf {
     /// How many were tried, those that a bound rules out included.
     pub tried: u32,
@@ -208,71 +242,188 @@ pub struct WhatIf {
     pub changes: Vec<Change>,
 }
 
-/// Pairs of changes that are tried where no single one helps.
+/// Pairs of changes that are tried where no single one helps: with a machine that is changed already, and of edits alone.
 const PAIRS: usize = 12;
 
+/// Changes that are made together where no two of them help.
+const MOST_TOGETHER: usize = 5;
+
 /// Tries changes that might lower a loop's II below `ii`, on so many threads; the result does not
-/// depend on it. Pairs of changes are tried only where no single one helps; nothing is tried where
-/// `ii` is 1.
+/// depend on it. The first base is the machine that the II is of. Pairs of changes are tried only where no single one
+/// helps, and more together where no pair does; nothing is tried where `ii` is 1.
 pub fn what_if(
     dfg: &Dfg,
-    srp: &Srp,
+    bases: &[Base<'_>],
     ii: u32,
     options: &Options,
     threads: usize,
     watch: &dyn Watch,
 ) -> WhatIf {
-    let edits = if ii > 1 {
-        edits(dfg, srp, ii)
-    } else {
-        Vec::new()
-    };
-    let attempts = |trials: &[Trial]| {
-        let attempt = |(): &mut (), i| attempt(dfg, &trials[i], ii, options, watch);
-        let reached = threads::each(threads, trials.len(), || (), attempt);
-        reached.into_iter().flatten().collect::<Vec<Change>>()
-    };
-    let single = |&edit: &Edit| Trial::of(srp, vec![edit]);
-    let mut tried = edits.len() as u32;
-    let mut changes = attempts(&edits.iter().map(single).collect::<Vec<_>>());
-    if changes.is_empty() {
-        let (pairs, looked_at) = pairs(dfg, srp, ii, &edits, watch);
-        tried += looked_at;
-        changes = attempts(&pairs);
+    let mut what_if = WhatIf::default();
+    if ii <= 1 {
+        return what_if;
     }
-    changes.sort_by_key(|change| change.ii);
-    WhatIf { tried, changes }
+    let question = Question {
+        dfg,
+        bases,
+        edits: bases.iter().map(|base| edits(dfg, base.srp, ii)).collect(),
+        ii,
+        watch,
+    };
+    for trials in [Question::single, Question::pairs, Question::together] {
+        let (trials, looked_at) = trials(&question);
+        what_if.tried += looked_at;
+        let attempt = |(): &mut (), i: usize| {
+            let number = format!("{}: change {} of {}", dfg.name, i + 1, trials.len());
+            watch.tell(Event::ItemBegins(&number));
+            let reached = trials[i].attempt(dfg, ii, options, watch);
+            watch.tell(Event::ItemEnds(&number));
+            reached
+        };
+        let reached = threads::each(threads, trials.len(), || (), attempt);
+        what_if.changes.extend(reached.into_iter().flatten());
+        if !what_if.changes.is_empty() {
+            break;
+        }
+    }
+    what_if.changes.sort_by_key(|change| change.ii);
+    what_if
 }
 
 /// A changed machine.
 struct Trial {
+    base: usize,
     edits: Vec<Edit>,
     srp: Srp,
 }
 
 impl Trial {
-    fn of(srp: &Srp, edits: Vec<Edit>) -> Trial {
-        let srp = changed(srp, &edits);
-        Trial { edits, srp }
+    fn attempt(&self, dfg: &Dfg, ii: u32, options: &Options, watch: &dyn Watch) -> Option<Change> {
+        Some(Change {
+            base: self.base,
+            edits: self.edits.clone(),
+            ii: lower(dfg, &self.srp, ii, options, watch)?,
+        })
     }
 }
 
-fn attempt(
-    dfg: &Dfg,
-    trial: &Trial,
+/// A loop whose II is to be lower, and what may be done for it.
+struct Question<'a> {
+    dfg: &'a Dfg,
+    bases: &'a [Base<'a>],
+    /// The edits of each base.
+    edits: Vec<Vec<Edit>>,
     ii: u32,
-    options: &Options,
-    watch: &dyn Watch,
-) -> Option<Change> {
-    Some(Change {
-        edits: trial.edits.clone(),
-        ii: lower(dfg, &trial.srp, ii, options, watch)?,
-    })
+    watch: &'a dyn Watch,
+}
+
+impl Question<'_> {
+    fn trial(&self, base: usize, edits: &[Edit]) -> Trial {
+        Trial {
+            base,
+            edits: edits.to_vec(),
+            srp: changed(self.bases[base].srp, edits),
+        }
+    }
+
+    /// The bases that so many changes make.
+    fn of(&self, changes: usize) -> impl Iterator<Item = usize> {
+        (0..self.bases.len()).filter(move |&base| self.bases[base].changes == changes)
+    }
+
+    /// Single changes, and how many they are.
+    fn single(&self) -> (Vec<Trial>, u32) {
+        let edits = (self.of(0)).flat_map(|base| self.edits[base].iter().map(move |&e| (base, e)));
+        let mut trials: Vec<Trial> = edits.map(|(base, e)| self.trial(base, &[e])).collect();
+        trials.extend(self.of(1).map(|base| self.trial(base, &[])));
+        let number = trials.len() as u32;
+        (trials, number)
+    }
+
+    /// The first pairs of changes that no bound rules out, and how many were looked at.
+    fn pairs(&self) -> (Vec<Trial>, u32) {
+        let of_bases = self.of(2).map(|base| (base, Vec::new()));
+        let one = |base: usize| self.edits[base].iter().map(move |&edit| (base, vec![edit]));
+        let with_bases = of_bases.chain(self.of(1).flat_map(one));
+        let two = |base: usize| {
+            let edits = &self.edits[base];
+            let before = move |i: usize| edits[..i].iter().map(move |&first| (i, first));
+            let pairs = (0..edits.len()).flat_map(before);
+            pairs.map(move |(i, first)| (base, vec![first, edits[i]]))
+        };
+        let (mut trials, mut looked_at) = self.possible(with_bases);
+        let (alone, number) = self.possible(self.of(0).flat_map(two));
+        trials.extend(alone);
+        looked_at += number;
+        (trials, looked_at)
+    }
+
+    /// The first changes that no bound rules out, and how many were looked at.
+    fn possible(&self, changes: impl Iterator<Item = (usize, Vec<Edit>)>) -> (Vec<Trial>, u32) {
+        let (mut trials, mut looked_at) = (Vec::new(), 0);
+        for (base, edits) in changes {
+            if trials.len() == PAIRS || self.watch.cancelled() {
+                break;
+            }
+            looked_at += 1;
+            let trial = self.trial(base, &edits);
+            if modulo::bounds(self.dfg, &trial.srp).min_ii() < self.ii {
+                trials.push(trial);
+            }
+        }
+        (trials, looked_at)
+    }
+
+    /// For each base as many edits as its bounds take to fall below the II, each the one that takes off most of what is too
+    /// much, the first of those alike; and how many were looked at.
+    fn together(&self) -> (Vec<Trial>, u32) {
+        let (mut trials, mut looked_at) = (Vec::new(), 0);
+        for base in 0..self.bases.len() {
+            let of = |base: usize| self.bases[base].changes;
+            if trials.iter().any(|t: &Trial| of(t.base) < of(base)) {
+                continue;
+            }
+            let mut trial = self.trial(base, &[]);
+            let mut left = self.too_much(&trial.srp);
+            let most = MOST_TOGETHER.saturating_sub(self.bases[base].changes);
+            while left > 0 && trial.edits.len() < most && !self.watch.cancelled() {
+                let more = edits(self.dfg, &trial.srp, self.ii)
+                    .into_iter()
+                    .map(|edit| {
+                        let edits = [&trial.edits[..], &[edit]].concat();
+                        let mut srp = trial.srp.clone();
+                        edit.apply(&mut srp);
+                        (self.too_much(&srp), Trial { base, edits, srp })
+                    });
+                let more: Vec<(u64, Trial)> = more.collect();
+                looked_at += more.len() as u32;
+                let best = more.into_iter().min_by_key(|(left, _)| *left);
+                let Some((less, next)) = best.filter(|(less, _)| *less < left) else {
+                    break;
+                };
+                (left, trial) = (less, next);
+            }
+            let are_new = self.bases[base].changes + trial.edits.len() > 2;
+            if left == 0 && are_new {
+                trials.push(trial);
+            }
+        }
+        (trials, looked_at)
+    }
+
+    /// By how much the bounds of a machine are above an II below the one that there is, all together.
+    fn too_much(&self, srp: &Srp) -> u64 {
+        let bounds = modulo::bounds(self.dfg, srp);
+        let demands = bounds.demands.iter().map(|demand| demand.bound);
+        let all = demands.chain([bounds.resources, bounds.recurrences]);
+        all.map(|bound| u64::from(bound.saturating_sub(self.ii - 1)))
+            .sum()
+    }
 }
 
 /// The II of a loop on a changed machine, where it is below `ii`. Most changes do not help, so each is tried with a part of
 /// the effort first; one that does has the II of a search of its own, with smaller ones from short schedules of large loops.
-pub fn lower(dfg: &Dfg, srp: &Srp, ii: u32, options: &Options, watch: &dyn Watch) -> Option<u32> {
+fn lower(dfg: &Dfg, srp: &Srp, ii: u32, options: &Options, watch: &dyn Watch) -> Option<u32> {
     let bound = modulo::bounds(dfg, srp).min_ii();
     if watch.cancelled() || bound >= ii {
         return None;
@@ -292,27 +443,6 @@ pub fn lower(dfg: &Dfg, srp: &Srp, ii: u32, options: &Options, watch: &dyn Watch
         true => reached(options).map_or(first, |again| again.min(first)),
         false => first,
     })
-}
-
-/// The first pairs of changes that no bound rules out, and how many were looked at.
-fn pairs(dfg: &Dfg, srp: &Srp, ii: u32, edits: &[Edit], watch: &dyn Watch) -> (Vec<Trial>, u32) {
-    let (mut pairs, mut looked_at) = (Vec::new(), 0);
-    for (i, &second) in edits.iter().enumerate() {
-        for &first in &edits[..i] {
-            if pairs.len() == PAIRS {
-                return (pairs, looked_at);
-            }
-            let trial = Trial::of(srp, vec![first, second]);
-            if watch.cancelled() {
-                return (pairs, looked_at);
-            }
-            looked_at += 1;
-            if modulo::bounds(dfg, &trial.srp).min_ii() < ii {
-                pairs.push(trial);
-            }
-        }
-    }
-    (pairs, looked_at)
 }
 
 /// As much of each shared resource as an II below `ii` takes, where one more is too little.
@@ -373,8 +503,8 @@ fn lacks_constants(dfg: &Dfg, srp: &Srp) -> bool {
 /// Changes of links and wires: links to neighbours and beyond that are missing, buses, more hops, and no delays.
 fn link_edits(srp: &Srp) -> Vec<Edit> {
     let adds = |&edit: &Edit| {
-        let changed = Trial::of(srp, vec![edit]).srp;
-        changed.links.len() > srp.links.len()
+        let more = changed(srp, &[edit]);
+        more.links.len() > srp.links.len()
     };
     let mut edits: Vec<Edit> = Apart::ALL
         .map(Edit::Links)
@@ -386,6 +516,14 @@ fn link_edits(srp: &Srp) -> Vec<Edit> {
     }
     if srp.cols > 1 {
         edits.push(Edit::RowBuses);
+    }
+    let files = srp
+        .files
+        .values()
+        .filter(|file| file.kind != FileKind::Central);
+    let without = |file: &FileSpec| !file.from_links && !file.writers.is_empty();
+    if !(srp.links.is_empty() && srp.wires.is_empty()) && files.into_iter().any(without) {
+        edits.push(Edit::FromLinks);
     }
     let from_wires = |wire: &WireSpec| wire.from.iter().any(|i| matches!(i, Input::Wire(_)));
     if srp.wires.values().any(from_wires) {

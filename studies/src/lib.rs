@@ -25,6 +25,7 @@
 pub mod accuracy;
 mod attributes;
 pub mod attribution;
+mod bases;
 pub mod certificate;
 pub mod comparison;
 pub mod effects;
@@ -38,7 +39,6 @@ pub mod functional;
 pub mod hard_cases;
 pub mod jobs;
 pub mod kernel;
-mod larger;
 pub mod loops;
 pub mod map;
 pub mod paper;

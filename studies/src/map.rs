@@ -1,9 +1,8 @@
 //! Bare dataflow graphs on an array: the II of each, its bounds, and the obstacles to a lower one.
 
-use crate::larger;
+use crate::bases::Bases;
 use crate::loops::{Change, WhatIf};
 use crate::proofs::{Impossible, Search};
-use crate::settings;
 use schemars::JsonSchema;
 use serde::Serialize;
 use srp_archdesc::arch::{Arch, Srp};
@@ -17,7 +16,7 @@ use srp_ir::graph::Graph;
 use srp_ir::program::{Pos, SourceFile};
 use srp_scheduler::modulo::{Obstacle, Operation, Unschedulable};
 use srp_scheduler::usage::{Share, usage};
-use srp_scheduler::what_if::{self, what_if};
+use srp_scheduler::what_if;
 use srp_scheduler::{LoopResult, modulo};
 use srp_toolchain::envelope::Contents;
 use srp_toolchain::{Effort, Session};
@@ -275,30 +274,15 @@ fn changes(
         expansion: !options.no_expansion,
         ..modulo::Options::default()
     };
-    let found = what_if(dfg, &arch.srp, ii, &search, threads, watch);
-    let change = |change: &what_if::Change| Change {
-        what: what_if::in_words(&change.edits, &arch.srp),
-        set: settings::of(&change.edits, arch, options.machine),
-        ii: change.ii,
-        mm2: Some(settings::more_area(
-            what_if::changed(&arch.srp, &change.edits),
-            arch,
-        )),
+    let bases = Bases::of(arch, Some(options.machine));
+    let found = bases.try_changes(dfg, ii, &search, (threads, watch));
+    let change = |change: what_if::Change| {
+        let ii = change.ii;
+        Change::of(&change.into(), ii, &bases)
     };
-    let mut changes: Vec<Change> = found.changes.iter().map(change).collect();
-    let arrays = larger::of(arch, options.machine);
-    for (i, ii) in larger::lower(&arrays, dfg, ii, &search, (threads, watch)) {
-        changes.push(Change {
-            what: arrays[i].what.to_owned(),
-            set: vec![arrays[i].setting.clone()],
-            ii,
-            mm2: Some(settings::more_area(arrays[i].srp.clone(), arch)),
-        });
-    }
-    changes.sort_by_key(|change| change.ii);
     WhatIf {
-        tried: found.tried + arrays.len() as u32,
-        changes,
+        tried: found.tried,
+        changes: found.changes.into_iter().map(change).collect(),
     }
 }
 

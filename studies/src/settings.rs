@@ -10,9 +10,7 @@ use srp_scheduler::what_if::{self, Edit};
 
 /// The settings, `PATH=VALUE`, that make edits in the text of a machine's file; none where they would make another machine.
 pub(crate) fn of(edits: &[Edit], arch: &Arch, text: &str) -> Vec<String> {
-    let settings = edits.iter().map(|edit| edit.setting(&arch.srp));
-    let settings: Option<Vec<String>> = settings.collect();
-    let settings = settings.unwrap_or_default();
+    let settings = what_if::settings(edits, &arch.srp).unwrap_or_default();
     let set = |text: String, setting: &String| setting.parse::<Change>().ok()?.make(&text).ok();
     let text = settings.iter().try_fold(text.to_owned(), set);
     let made = text.and_then(|text| xml::parse("", &text).ok());

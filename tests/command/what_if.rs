@@ -168,6 +168,118 @@ fn a_row_or_a_column_more_is_tried() {
     }
 }
 
+/// Where several bounds are equal, all of them are named, what lowers them together is tried, and it gives what is promised.
+#[test]
+fn changes_that_help_only_together_are_found() {
+    let folder = folder("what_if_together");
+    let text = |resources: &str, classes: &str| {
+        format!(
+            r#"<machine name="small">{resources}
+<fu-type name="pe" pred-out="false" constants="2" classes="alu load {classes}">
+  <file name="r" kind="rotating" size="4"/>
+</fu-type>
+<array rows="2" cols="3" topology="mesh"><row units="pe"/></array>
+<vliw slots="0"/>
+</machine>"#
+        )
+    };
+    let port = r#"<resource name="port" count="2"/><op class="load" uses="port"/>"#;
+    let product = r#"<resource name="product" count="1"/><op class="imul" uses="product"/>"#;
+    write(&folder, "two.xml", &text(port, ""));
+    write(
+        &folder,
+        "three.xml",
+        &text(&[port, product].concat(), "imul"),
+    );
+    let edges = "a -> d; b -> d; c -> e; d -> e; e -> f; f -> g;";
+    let graph = |what: &str| {
+        let ops = [("abc", "load"), ("de", what), ("fg", "add")];
+        let nodes = ops
+            .iter()
+            .flat_map(|(nodes, op)| nodes.chars().map(move |n| (n, op)));
+        let nodes: String = nodes.map(|(n, op)| format!("{n} [op={op}];")).collect();
+        format!("digraph {{ {nodes} {edges} }}")
+    };
+    write(&folder, "two.dot", &graph("add"));
+    write(&folder, "three.dot", &graph("mul"));
+    let ports = "resource[name=port].count=3";
+    let products = "resource[name=product].count=2";
+    for (name, why, settings) in [
+        (
+            "two",
+            "7 operations of alu, load on 6 units; 3 uses of port, 2 a cycle",
+            &[ports][..],
+        ),
+        (
+            "three",
+            "7 operations of alu, imul, load on 6 units; 3 uses of port, 2 a cycle; 2 uses of product, 1 a cycle",
+            &[ports, products],
+        ),
+    ] {
+        let map = |more: &[&str]| -> Value {
+            let (graph, machine) = (format!("{name}.dot"), format!("{name}.xml"));
+            let args = ["map", &graph, "--machine", &machine, "--json"];
+            let text = stdout(&folder, &[&args[..], more].concat(), 0);
+            let json: Value = serde_json::from_str(&text).expect("JSON");
+            json["graphs"][0].clone()
+        };
+        let report = map(&["--what-if"]);
+        assert_eq!(report["mapping"]["ii"], 2);
+        assert_eq!(report["mapping"]["res_mii_why"], why);
+        let changes = report["what_if"]["changes"].as_array().expect("changes");
+        for larger in ["array.rows=3", "array.cols=4"] {
+            let settings = [&[larger][..], settings].concat();
+            let is_it = |change: &&Value| {
+                let set = change["set"].as_array().expect("settings");
+                set.iter().all(|set| settings.iter().any(|s| set == s))
+                    && set.len() == settings.len()
+            };
+            let change = changes
+                .iter()
+                .find(is_it)
+                .unwrap_or_else(|| panic!("{settings:?}: {changes:?}"));
+            let set: Vec<&str> = settings.iter().flat_map(|s| ["--set", s]).collect();
+            assert_eq!(change["ii"], map(&set)["mapping"]["ii"]);
+        }
+    }
+}
+
+/// Links that lead into the units' own files are tried where they do not, and take area.
+#[test]
+fn links_into_files_are_tried() {
+    let folder = folder("what_if_from_links");
+    let nodes = "abcdef".chars().map(|n| format!("{n} [op=add];"));
+    let nodes: String = nodes.collect();
+    let edges = "a -> b; b -> c; c -> d; d -> e; a -> f; e -> f; b -> f;";
+    write(
+        &folder,
+        "late.dot",
+        &format!("digraph {{ {nodes} {edges} }}"),
+    );
+    let machine = r#"<machine name="chain">
+<fu-type name="pe" pred-out="false" classes="alu"><file name="r" kind="rotating" size="4"/></fu-type>
+<array rows="2" cols="4" topology="mesh"><row units="pe"/></array>
+<vliw slots="0"/>
+</machine>"#;
+    write(&folder, "chain.xml", machine);
+    let map = |more: &[&str]| -> Value {
+        let args = ["map", "late.dot", "--machine", "chain.xml", "--json"];
+        let text = stdout(&folder, &[&args[..], more].concat(), 0);
+        let json: Value = serde_json::from_str(&text).expect("JSON");
+        json["graphs"][0].clone()
+    };
+    let report = map(&["--what-if"]);
+    let setting = "fu-type[*]/file[*].from-links=true";
+    let mut changes = report["what_if"]["changes"]
+        .as_array()
+        .into_iter()
+        .flatten();
+    let change = changes.find(|change| change["set"][0] == setting);
+    let change = change.unwrap_or_else(|| panic!("{report}"));
+    assert!(change["mm2"].as_f64() > Some(0.0), "{change}");
+    assert_eq!(change["ii"], map(&["--set", setting])["mapping"]["ii"]);
+}
+
 /// A large loop, on an array with too few contexts for it: the II with more of them is that of the machine that has them.
 #[test]
 fn a_large_loop_has_the_ii_that_was_told() {

@@ -14,7 +14,8 @@ use std::collections::{BTreeMap, BTreeSet};
 pub struct Bounds {
     /// Smallest II at which units and shared resources suffice.
     pub resources: u32,
-    /// The reason for it, in words: operation classes and the units or the resource they need.
+    /// The reasons for it, in words: operation classes and the units or the resource they need. Each of several sets it by
+    /// itself.
     pub resources_why: String,
     /// Demands of the loop on each resource, the scarcest first.
     pub demands: Vec<Demand>,
@@ -39,19 +40,32 @@ impl Bounds {
             dependences(problem.dfg, &critical_cycle, |n| problem.min_latency(n));
         let units = unit_bound(problem);
         let shared = shared_demands(problem);
-        let scarcest = shared.iter().rev().max_by_key(|d| d.bound);
-        let (resources, resources_why) = match scarcest.filter(|d| d.bound > units.ii) {
-            Some(demand) => (demand.bound, shared_in_words(problem, demand)),
-            None => (units.ii, units.why),
-        };
+        let classes = class_demands(problem);
+        let resources = shared.iter().map(|d| d.bound).fold(units.ii, u32::max);
+        let mut why = Vec::new();
+        if units.ii == resources {
+            why.push(units.why);
+        }
+        if resources > 1 {
+            let apart = |d: &&Demand| match (&d.need, &units.cut) {
+                (Need::Units(classes), Some(cut)) => !cut.is_of(classes),
+                (Need::Units(_), None) => units.ii < resources,
+                (Need::Shared(_), _) => true,
+                (Need::Array, _) => false,
+            };
+            let others = shared.iter().chain(&classes).filter(apart);
+            let set_it = others.filter(|d| d.bound == resources);
+            why.extend(set_it.map(|d| demand_in_words(problem, d)));
+        }
         let mut demands = shared;
-        demands.extend(class_demands(problem));
-        demands.extend(units.cut);
+        demands.extend(classes);
+        let several = |d: &Demand| matches!(&d.need, Need::Units(classes) if classes.len() > 1);
+        demands.extend(units.cut.filter(several));
         // The sort is stable: among equals, what is shared comes first, then classes in their order.
         demands.sort_by_key(|d| std::cmp::Reverse(d.bound));
         Bounds {
             resources,
-            resources_why,
+            resources_why: why.join("; "),
             demands,
             recurrences: recurrences.max(1),
             critical_cycle,
@@ -148,7 +162,7 @@ impl Share {
 struct UnitBound {
     ii: u32,
     why: String,
-    /// The classes that do not fit one below, where they are several.
+    /// The classes that do not fit one below.
     cut: Option<Demand>,
 }
 
@@ -179,8 +193,6 @@ fn unit_bound(problem: &Problem<'_>) -> UnitBound {
         (why, classes) = in_words(&groups, share, &unmet, ii);
         cut = Some(classes);
     }
-    let several = |d: &Demand| matches!(&d.need, Need::Units(classes) if classes.len() > 1);
-    let cut = cut.filter(several);
     UnitBound { ii, why, cut }
 }
 
@@ -200,11 +212,7 @@ fn in_words(groups: &[Group], share: Share, cut: &[usize], ii: u32) -> (String, 
         Share::Operations { interval } => format!(", {interval} issue cycles each,"),
     };
     let offered = units.len() as u32;
-    let (one, many) = (plural(count), plural(offered));
-    let why = format!(
-        "{count} operation{one} of {}{issue} on {offered} unit{many}",
-        names.join(", ")
-    );
+    let why = of_classes(count, &names, &issue, offered);
     let demand = Demand {
         need: Need::Units(classes.into_iter().collect()),
         operations: count,
@@ -344,11 +352,39 @@ fn shared_demands(problem: &Problem<'_>) -> Vec<Demand> {
     resources.filter_map(of_resource).collect()
 }
 
-fn shared_in_words(problem: &Problem<'_>, demand: &Demand) -> String {
-    let name = match demand.need {
-        Need::Shared(resource) => problem.srp.resources[resource].name.as_str(),
-        Need::Units(_) | Need::Array => "the units",
-    };
-    let (uses, count) = (demand.cycles, demand.offered);
-    format!("{uses} use{} of {name}, {count} a cycle", plural(uses))
+/// The demand of a shared resource or of a class, in words.
+fn demand_in_words(problem: &Problem<'_>, demand: &Demand) -> String {
+    let &Demand {
+        operations,
+        cycles,
+        offered,
+        ..
+    } = demand;
+    match &demand.need {
+        Need::Shared(resource) => {
+            let name = &problem.srp.resources[*resource].name;
+            format!(
+                "{cycles} use{} of {name}, {offered} a cycle",
+                plural(cycles)
+            )
+        }
+        Need::Units(_) | Need::Array => {
+            let issue = match cycles == operations {
+                true => String::new(),
+                false => format!(", {cycles} issue cycles together,"),
+            };
+            let names = match &demand.need {
+                Need::Units(classes) => classes.iter().map(|c| c.name()).collect(),
+                _ => Vec::new(),
+            };
+            of_classes(operations, &names, &issue, offered)
+        }
+    }
+}
+
+/// So many operations of classes on so many units, in words.
+fn of_classes(operations: u32, names: &[&str], issue: &str, units: u32) -> String {
+    let (one, many) = (plural(operations), plural(units));
+    let names = names.join(", ");
+    format!("{operations} operation{one} of {names}{issue} on {units} unit{many}")
 }

@@ -1,5 +1,6 @@
 //! Changes that lower an II, as reports and tables have them: what they are, what they give, and what they cost.
 
+use crate::bases::{Bases, Made};
 use crate::settings;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub struct WhatIf {
     /// Changes that were tried.
     pub tried: u32,
-    /// Those that lower the II, the best first.
+    /// Those that lower the II, the best first, of those that give the same II the smallest first.
     pub changes: Vec<Change>,
 }
 
@@ -29,6 +30,16 @@ pub struct Change {
 }
 
 impl Change {
+    /// That of a machine, and the II that it gives.
+    pub(crate) fn of(made: &Made, ii: u32, bases: &Bases<'_>) -> Change {
+        Change {
+            what: bases.in_words(made),
+            set: bases.settings(made),
+            ii,
+            mm2: Some(bases.more_area(made)),
+        }
+    }
+
     /// The change in words, with the arguments that make it.
     pub fn in_words(&self) -> String {
         format!("{}{}", self.what, settings::in_brackets(&self.set))

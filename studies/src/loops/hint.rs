@@ -7,7 +7,7 @@ use crate::{proofs, settings};
 use srp_archdesc::arch::Srp;
 use srp_archdesc::isa::Class;
 use srp_scheduler::LoopFacts;
-use srp_scheduler::demand::Need;
+use srp_scheduler::demand::{Demand, Need};
 use srp_scheduler::modulo::Obstacle;
 
 /// The changes that advice may be about.
@@ -70,34 +70,7 @@ fn tried(l: &LoopReport, what_if: &WhatIf, facts: &LoopFacts, srp: &Srp) -> Stri
 
 /// Returns advice from the bounds alone.
 fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp, scope: Scope) -> String {
-    let either = |more: String, of_it: &str, fewer: String| match scope {
-        Scope::LoopOrMachine => format!("{more}, or fewer {of_it}"),
-        Scope::Loop => format!("fewer {fewer}"),
-    };
-    let bounds = &facts.bounds;
-    let scarce = bounds.demands.iter().find(|d| d.bound == bounds.resources);
-    let by_resources = match scarce.map(|demand| &demand.need) {
-        Some(Need::Array) | None => either(
-            "more units".to_owned(),
-            "operations",
-            "operations".to_owned(),
-        ),
-        Some(need @ Need::Shared(_)) => {
-            let name = resource_name(need, srp);
-            let more = format!("more of {name}");
-            either(more, "uses of it", format!("uses of {name}"))
-        }
-        // More units are of no use to an operation that keeps its own.
-        Some(need @ Need::Units(of)) if keeps_its_unit(of, bounds.resources, srp) => {
-            let classes = resource_name(need, srp);
-            format!("a shorter interval of {classes}, or none of these operations")
-        }
-        Some(need @ Need::Units(_)) => {
-            let classes = resource_name(need, srp);
-            let more = format!("more units for {classes}");
-            either(more, "such operations", format!("operations of {classes}"))
-        }
-    };
+    let by_resources = by_resources(facts, srp, scope);
     let by_recurrence = match through_memory(l) {
         Some(ThroughMemory::OneObject) => {
             "iterations that may meet in an element of one array wait for each other: `#pragma srp independent` if they \
@@ -132,6 +105,73 @@ fn untried(l: &LoopReport, facts: &LoopFacts, srp: &Srp, scope: Scope) -> String
         }
         Status::Bound if l.res_mii > l.rec_mii => by_resources,
         Status::Bound => by_recurrence.to_owned(),
+    }
+}
+
+/// Returns what lowers the bound of units and resources: of each that sets it, for one alone changes nothing.
+fn by_resources(facts: &LoopFacts, srp: &Srp, scope: Scope) -> String {
+    let bounds = &facts.bounds;
+    let binding: Vec<&Demand> = (bounds.demands.iter())
+        .filter(|d| d.bound == bounds.resources)
+        .collect();
+    // What is asked of some classes is asked of more with these among them, or of all where every unit may run them.
+    let covers = |other: &Demand, d: &Demand| match &d.need {
+        Need::Units(classes) => {
+            let is_all = other.need == Need::Array && other.offered == d.offered;
+            is_all || other.need != d.need && other.is_of(classes)
+        }
+        Need::Array | Need::Shared(_) => false,
+    };
+    let own = binding
+        .iter()
+        .filter(|d| !binding.iter().any(|other| covers(other, d)));
+    let of = |need: &Need| {
+        let name = resource_name(need, srp);
+        match need {
+            Need::Array => (
+                "more units".to_owned(),
+                "operations",
+                "operations".to_owned(),
+            ),
+            Need::Shared(_) => (
+                format!("more of {name}"),
+                "uses of it",
+                format!("uses of {name}"),
+            ),
+            Need::Units(_) => {
+                let more = format!("more units for {name}");
+                (more, "such operations", format!("operations of {name}"))
+            }
+        }
+    };
+    let keeps = |need: &Need| match need {
+        // More units are of no use to an operation that keeps its own.
+        Need::Units(of) => keeps_its_unit(of, bounds.resources, srp),
+        _ => false,
+    };
+    let needs: Vec<&Need> = own.map(|d| &d.need).collect();
+    match needs[..] {
+        [need] if keeps(need) => {
+            let classes = resource_name(need, srp);
+            format!("a shorter interval of {classes}, or none of these operations")
+        }
+        [] | [_] => {
+            let need = needs.first().copied().unwrap_or(&Need::Array);
+            let (more, of_it, fewer) = of(need);
+            match scope {
+                Scope::LoopOrMachine => format!("{more}, or fewer {of_it}"),
+                Scope::Loop => format!("fewer {fewer}"),
+            }
+        }
+        _ => {
+            let each = needs.iter().map(|need| match (scope, of(need)) {
+                _ if keeps(need) => format!("a shorter interval of {}", resource_name(need, srp)),
+                (Scope::LoopOrMachine, (more, ..)) => more,
+                (Scope::Loop, (.., fewer)) => format!("fewer {fewer}"),
+            });
+            let each: Vec<String> = each.collect();
+            format!("{}: each alone sets the bound", each.join(" and "))
+        }
     }
 }
 

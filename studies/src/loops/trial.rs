@@ -4,14 +4,13 @@ use super::Subject;
 use super::changes::{Advice, Change, Lowered, WhatIf};
 use super::measure::Names;
 use super::model::{LoopReport, Ordered, Report};
-use crate::larger::{self, Larger};
-use crate::settings;
+use crate::bases::{Bases, Made};
 use srp_archdesc::arch::{Arch, Srp};
 use srp_archdesc::watch::Stage;
 use srp_ir::dfg::{Dfg, Order};
 use srp_ir::dre::scheduled::ModuloSchedule;
 use srp_scheduler::modulo;
-use srp_scheduler::what_if::{self, Edit, what_if};
+use srp_scheduler::what_if;
 use srp_toolchain::{Session, schedule_loop};
 
 /// Steps of the search for the II that is left without aliases: enough to see what order it is of.
@@ -21,9 +20,7 @@ const RESTRICT_EFFORT: u64 = 200_000;
 #[derive(Clone, Debug, PartialEq)]
 enum Remedy {
     /// Another machine.
-    Machine(Vec<Edit>),
-    /// A larger array.
-    Larger(Larger),
+    Machine(Made),
     /// Knowledge that accesses to different objects never meet, which nothing shows.
     Apart,
     /// Knowledge that iterations never meet in an element of an object either.
@@ -39,10 +36,9 @@ pub(super) struct Machine<'a> {
 }
 
 impl Remedy {
-    fn in_words(&self, machine: Machine<'_>) -> String {
+    fn in_words(&self, bases: &Bases<'_>) -> String {
         match self {
-            Remedy::Machine(edits) => what_if::in_words(edits, &machine.arch.srp),
-            Remedy::Larger(larger) => larger.what.to_owned(),
+            Remedy::Machine(made) => bases.in_words(made),
             Remedy::Apart => {
                 "accesses known never to meet (named arrays, or `restrict` pointers)".to_owned()
             }
@@ -54,22 +50,24 @@ impl Remedy {
     }
 
     /// The settings of the machine's file that make it.
-    fn settings(&self, machine: Machine<'_>) -> Vec<String> {
-        match (self, machine.text) {
-            (Remedy::Machine(edits), Some(text)) => settings::of(edits, machine.arch, text),
-            (Remedy::Larger(larger), _) => vec![larger.setting.clone()],
-            _ => Vec::new(),
+    fn settings(&self, bases: &Bases<'_>) -> Vec<String> {
+        match self {
+            Remedy::Machine(made) => bases.settings(made),
+            Remedy::Apart | Remedy::Independent => Vec::new(),
         }
     }
 
-    /// The area that it takes, if it is of the machine.
-    fn more_area(&self, machine: Machine<'_>) -> Option<f64> {
-        let srp = match self {
-            Remedy::Machine(edits) => what_if::changed(&machine.arch.srp, edits),
-            Remedy::Larger(larger) => larger.srp.clone(),
-            Remedy::Apart | Remedy::Independent => return None,
-        };
-        Some(settings::more_area(srp, machine.arch))
+    /// The entry of a report.
+    fn change(&self, ii: u32, bases: &Bases<'_>) -> Change {
+        match self {
+            Remedy::Machine(made) => Change::of(made, ii, bases),
+            Remedy::Apart | Remedy::Independent => Change {
+                what: self.in_words(bases),
+                set: Vec::new(),
+                ii,
+                mm2: None,
+            },
+        }
     }
 }
 
@@ -85,13 +83,8 @@ struct Tried {
 }
 
 impl Tried {
-    fn report(&self, machine: Machine<'_>) -> WhatIf {
-        let change = |(remedy, ii): &(Remedy, u32)| Change {
-            what: remedy.in_words(machine),
-            set: remedy.settings(machine),
-            ii: *ii,
-            mm2: remedy.more_area(machine),
-        };
+    fn report(&self, bases: &Bases<'_>) -> WhatIf {
+        let change = |(remedy, ii): &(Remedy, u32)| remedy.change(*ii, bases);
         WhatIf {
             tried: self.count,
             changes: self.remedies.iter().map(change).collect(),
@@ -108,31 +101,29 @@ pub(super) fn try_changes(
     session: &Session<'_>,
 ) {
     let srp = &machine.arch.srp;
-    let larger = machine
-        .text
-        .map_or_else(Vec::new, |text| larger::of(machine.arch, text));
+    let bases = Bases::of(machine.arch, machine.text);
     let all = report.loops.len() + report.not_pipelined.len();
     let stage = Stage::of(session.watch, "what if", all as u64);
     let (mut on_array, mut refused) = (Vec::new(), Vec::new());
     for l in &mut report.loops {
         if let Some((schedule, _)) = subject.find(&l.kernel) {
             let names = Names(subject.files);
-            let tried = of_loop(l, schedule, &names, (srp, &larger), session);
-            l.what_if = Some(tried.report(machine));
+            let tried = of_loop(l, schedule, &names, (srp, &bases), session);
+            l.what_if = Some(tried.report(&bases));
             on_array.push(tried);
         }
         stage.done(1);
     }
     for n in &mut report.not_pipelined {
         if let Some(dfg) = subject.refused(&n.kernel) {
-            let tried = of_machine(dfg, None, (srp, &larger), session);
-            n.what_if = Some(tried.report(machine));
+            let tried = of_machine(dfg, None, &bases, session);
+            n.what_if = Some(tried.report(&bases));
             refused.push(tried);
         }
         stage.done(1);
     }
     report.complete &= !session.watch.cancelled();
-    report.advice = advice(refused.iter().chain(&on_array), machine);
+    report.advice = advice(refused.iter().chain(&on_array), &bases);
 }
 
 /// Tries what II each loop has whose bound is lower where its pointers are `restrict`.
@@ -167,27 +158,19 @@ pub(super) fn try_restrict(
 }
 
 /// Changes of the machine alone that bring an II below `ii`, or a loop onto the array.
-fn of_machine(
-    dfg: &Dfg,
-    ii: Option<u32>,
-    (srp, larger): (&Srp, &[Larger]),
-    session: &Session<'_>,
-) -> Tried {
+fn of_machine(dfg: &Dfg, ii: Option<u32>, bases: &Bases<'_>, session: &Session<'_>) -> Tried {
     let options = modulo::Options::default();
-    let below = ii.unwrap_or(u32::MAX);
-    let found = what_if(dfg, srp, below, &options, session.threads, session.watch);
-    let remedy = |change: what_if::Change| (Remedy::Machine(change.edits), change.ii);
-    let mut remedies: Vec<(Remedy, u32)> = found.changes.into_iter().map(remedy).collect();
     let on = (session.threads, session.watch);
-    for (i, ii) in larger::lower(larger, dfg, below, &options, on) {
-        remedies.push((Remedy::Larger(larger[i].clone()), ii));
-    }
-    remedies.sort_by_key(|&(_, ii)| ii);
+    let found = bases.try_changes(dfg, ii.unwrap_or(u32::MAX), &options, on);
+    let remedy = |change: what_if::Change| {
+        let ii = change.ii;
+        (Remedy::Machine(change.into()), ii)
+    };
     Tried {
         kernel: dfg.name.clone(),
         ii,
-        count: found.tried + larger.len() as u32,
-        remedies,
+        count: found.tried,
+        remedies: found.changes.into_iter().map(remedy).collect(),
     }
 }
 
@@ -195,10 +178,10 @@ fn of_loop(
     l: &LoopReport,
     schedule: &ModuloSchedule,
     names: &Names<'_>,
-    (srp, larger): (&Srp, &[Larger]),
+    (srp, bases): (&Srp, &Bases<'_>),
     session: &Session<'_>,
 ) -> Tried {
-    let mut tried = of_machine(&schedule.dfg, Some(schedule.ii), (srp, larger), session);
+    let mut tried = of_machine(&schedule.dfg, Some(schedule.ii), bases, session);
     let apart: Vec<&Ordered> = l.ordered.iter().filter(|o| !o.in_one_object).collect();
     let all: Vec<&Ordered> = l.ordered.iter().collect();
     let mut last = schedule.ii;
@@ -242,7 +225,7 @@ fn unordered(free: &Dfg, ii: u32, srp: &Srp, session: &Session<'_>) -> Option<u3
 
 /// Returns the changes that help several loops or one, each with the loops whose II it lowers: those first
 /// that bring loops onto the array, then those that help most loops.
-fn advice<'a>(tried: impl Iterator<Item = &'a Tried>, machine: Machine<'_>) -> Vec<Advice> {
+fn advice<'a>(tried: impl Iterator<Item = &'a Tried>, bases: &Bases<'_>) -> Vec<Advice> {
     let mut remedies: Vec<(&Remedy, Vec<Lowered>)> = Vec::new();
     for Tried {
         kernel,
@@ -269,8 +252,8 @@ fn advice<'a>(tried: impl Iterator<Item = &'a Tried>, machine: Machine<'_>) -> V
     remedies
         .sort_by_key(|(_, lowers)| std::cmp::Reverse((new(lowers), lowers.len(), saved(lowers))));
     let advice = |(remedy, lowers): (&Remedy, Vec<Lowered>)| Advice {
-        what: remedy.in_words(machine),
-        set: remedy.settings(machine),
+        what: remedy.in_words(bases),
+        set: remedy.settings(bases),
         lowers,
     };
     remedies.into_iter().map(advice).collect()
