@@ -241,7 +241,9 @@ impl Corner {
 
     /// An II that did not work in the corner, with the array's numbers.
     fn lift_failed(&self, mut failed: FailedIi) -> FailedIi {
-        if let Obstacle::Registers { file, .. } = &mut failed.obstacle {
+        if let Obstacle::Registers { file, .. } | Obstacle::Copies { file, .. } =
+            &mut failed.obstacle
+        {
             *file = self.files[*file];
         }
         failed

@@ -81,6 +81,13 @@ pub enum Obstacle {
         /// Its name.
         name: String,
     },
+    /// A value lives so long in a file that does not rotate that it needs more copies of the loop than there are contexts for.
+    Copies {
+        /// The file.
+        file: RegFile,
+        /// Its name.
+        name: String,
+    },
     /// Constants and values from outside the loop could not be read from a file.
     ReadPorts {
         /// The file.
@@ -122,6 +129,10 @@ impl Obstacle {
                 let (file, name) = file(place);
                 Obstacle::Registers { file, name }
             }
+            Some(Conflict::Copies(place)) => {
+                let (file, name) = file(place);
+                Obstacle::Copies { file, name }
+            }
             Some(Conflict::ReadPorts(place)) => {
                 let (file, name) = file(place);
                 Obstacle::ReadPorts { file, name }
@@ -139,6 +150,7 @@ impl Obstacle {
                 to.relocate(dfg);
             }
             Obstacle::Registers { .. }
+            | Obstacle::Copies { .. }
             | Obstacle::ReadPorts { .. }
             | Obstacle::AttemptsExhausted
             | Obstacle::CutShort => {}
@@ -156,6 +168,7 @@ impl Obstacle {
                 _ => vec![from],
             },
             Obstacle::Registers { .. }
+            | Obstacle::Copies { .. }
             | Obstacle::ReadPorts { .. }
             | Obstacle::AttemptsExhausted
             | Obstacle::CutShort => Vec::new(),
@@ -184,6 +197,9 @@ impl Obstacle {
                 }
             },
             Obstacle::Registers { name, .. } => format!("the registers of {name} do not suffice"),
+            Obstacle::Copies { name, .. } => format!(
+                "a value lives longer in {name} than there are contexts for copies of the loop"
+            ),
             Obstacle::ReadPorts { name, .. } => format!(
                 "the read ports of {name} do not suffice for constants and values from before the loop"
             ),
@@ -371,7 +387,12 @@ impl Unschedulable {
                 )
             }
             Unschedulable::Contexts { bound, contexts } => {
-                format!("its II is at least {bound}; there are {contexts} contexts")
+                let are = if *contexts == 1 {
+                    "is one context"
+                } else {
+                    &format!("are {contexts} contexts")
+                };
+                format!("its II is at least {bound}; there {are}")
             }
             Unschedulable::Storage { held, room } => format!(
                 "at least {held} values of earlier iterations live at once; registers, outputs and links of the array \

@@ -58,6 +58,8 @@ struct FileState {
     /// Registers with a value of their own, and how many routes or operations ask for each.
     kept: Vec<(Keeper, u32, u32)>,
     stays: Vec<Stay>,
+    /// True if what found no registers last needs more of them in turn than there are copies of the loop.
+    lacks_copies: bool,
 }
 
 /// The registers of all files, at one II.
@@ -177,9 +179,17 @@ impl Registers {
         if file.pack(rules, None) {
             return true;
         }
-        file.stays.pop();
+        if let Some(stay) = file.stays.pop() {
+            file.lacks_copies = file.least_ring(rules, &stay) > rules.largest_ring;
+        }
         file.stays.extend(old);
         false
+    }
+
+    /// True if the value for which a file had no registers last lives too long there for the copies of the loop that there
+    /// are contexts for, however many registers the file has.
+    pub(super) fn lacks_copies(&self, place: Place) -> bool {
+        self.files[place].lacks_copies
     }
 
     /// Takes a demand of [`hold`](Self::hold) back.
@@ -236,6 +246,7 @@ impl FileState {
             fixed,
             kept: Vec::new(),
             stays: Vec::new(),
+            lacks_copies: false,
         }
     }
 
@@ -271,13 +282,22 @@ impl FileState {
         None
     }
 
-    /// The lengths of rings that a stay can have.
-    fn rings(&self, rules: Rules, stay: &Stay) -> impl Iterator<Item = u32> + use<> {
+    /// The shortest ring that a stay can have: all registers that it takes at once.
+    fn least_ring(&self, rules: Rules, stay: &Stay) -> u32 {
         let length = (stay.last - stay.first + 1) as u32;
         let at_once = length.div_ceil(rules.ii as u32).max(stay.initials).max(1);
-        let (least, most) = match self.rotating {
-            true => (1, 1),
-            false => (at_once.next_power_of_two(), self.size.max(1)),
+        match self.rotating {
+            true => 1,
+            false => at_once.next_power_of_two(),
+        }
+    }
+
+    /// The lengths of rings that a stay can have.
+    fn rings(&self, rules: Rules, stay: &Stay) -> impl Iterator<Item = u32> + use<> {
+        let least = self.least_ring(rules, stay);
+        let most = match self.rotating {
+            true => 1,
+            false => self.size.max(1),
         };
         let most = rules.largest_ring.min(most);
         std::iter::successors(Some(least), |ring| Some(ring * 2))

@@ -194,6 +194,9 @@ fn open(l: &LoopReport, failed: Option<&Obstacle>) -> String {
     };
     let remedy = match failed {
         Obstacle::Registers { .. } => "larger register files, or fewer values that live long",
+        Obstacle::Copies { .. } => {
+            "more contexts, a file that rotates, or links without delay, so that values are there sooner"
+        }
         Obstacle::NoRoute { .. } => "more links, or registers to wait in",
         Obstacle::ReadPorts { .. } => "more read ports, or `constants` in contexts",
         Obstacle::NoUnit(_) => "more units for it",

@@ -67,6 +67,8 @@ pub(in crate::modulo) enum Conflict {
     Route(usize),
     /// Values did not fit in the registers of this place.
     Registers(Place),
+    /// A value lives so long in this place that it needs more copies of the loop than there are contexts for.
+    Copies(Place),
     /// This place has too few read ports for constants and values from outside the loop.
     ReadPorts(Place),
 }
@@ -206,10 +208,11 @@ impl<'a, 'p> Attempt<'a, 'p> {
 
     /// The file whose registers did not suffice, if any.
     fn full(&self) -> Option<Place> {
-        self.conflicts.keys().find_map(|conflict| match conflict {
-            Conflict::Registers(place) => Some(*place),
+        let full = self.conflicts.keys().filter_map(|conflict| match conflict {
+            Conflict::Registers(place) | Conflict::Copies(place) => Some(*place),
             _ => None,
-        })
+        });
+        full.min()
     }
 
     /// Adds the forced nodes of this attempt to those of earlier ones, and raises the weights of

@@ -177,7 +177,10 @@ impl<'p> Attempt<'_, 'p> {
         }
         if let Some(full) = self.hold(edge, &route) {
             self.give_back(edge, &route.items);
-            self.count_conflict(Conflict::Registers(full));
+            self.count_conflict(match self.registers.lacks_copies(full) {
+                true => Conflict::Copies(full),
+                false => Conflict::Registers(full),
+            });
             return Err(Some(full));
         }
         self.routes[e] = Some(route);
