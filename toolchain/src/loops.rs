@@ -14,7 +14,7 @@ use std::cmp::Reverse;
 const SCHEDULER: &str = env!("SRP_SCHEDULER_ID");
 
 /// Schedules a loop by itself, or takes its schedule from the cache. The same loop in another program or file, or on
-/// another machine with the same SRP, has the same schedule, whether or not kernels share contexts there.
+/// another machine that is the same [as the loop sees it](modulo::seen_by), has the same schedule.
 pub fn schedule_loop(
     dfg: &Dfg,
     srp: &Srp,
@@ -23,8 +23,8 @@ pub fn schedule_loop(
     watch: &dyn Watch,
 ) -> LoopResult {
     let anonymous = dfg.anonymous();
-    let srp = &alone(srp);
-    let key = key_alone(&anonymous, srp, options);
+    let srp = &modulo::seen_by(dfg, srp);
+    let key = key_of_seen(&anonymous, srp, options);
     let known = session.cache.get::<LoopResult>(key, watch);
     let result = known.unwrap_or_else(|| {
         let result = modulo::schedule(&anonymous, srp, options, watch);
@@ -51,24 +51,16 @@ pub fn schedule_loop(
 
 /// The key of a loop's schedule by itself.
 pub(crate) fn key(dfg: &Dfg, srp: &Srp, options: &modulo::Options) -> Key {
-    key_alone(&dfg.anonymous(), &alone(srp), options)
+    key_of_seen(&dfg.anonymous(), &modulo::seen_by(dfg, srp), options)
 }
 
-fn key_alone(anonymous: &Dfg, srp: &Srp, options: &modulo::Options) -> Key {
+fn key_of_seen(anonymous: &Dfg, srp: &Srp, options: &modulo::Options) -> Key {
     Key::of(Kind::Loops)
         .text(SCHEDULER)
         .value(anonymous)
         .value(srp)
         .value(options)
         .finish()
-}
-
-/// The SRP for one loop, which shares contexts with no other.
-fn alone(srp: &Srp) -> Srp {
-    Srp {
-        shared_contexts: false,
-        ..srp.clone()
-    }
 }
 
 /// Schedules all loops of a program.

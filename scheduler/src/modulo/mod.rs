@@ -30,6 +30,7 @@ mod route;
 mod rows;
 mod scale;
 mod search;
+mod seen;
 mod slots;
 mod start;
 mod table;
@@ -42,6 +43,7 @@ pub use bounds::Bounds;
 pub use exact::{Fold, Scope, Solver};
 pub use obstacle::{Destination, FailedIi, Obstacle, Operation, Unschedulable};
 pub use record::{Asked, Outcome, Search, Stopped};
+pub use seen::seen_by;
 
 use admit::fixed_registers;
 use compact::Bound;
@@ -178,6 +180,7 @@ pub fn schedule(
     options: &Options,
     watch: &dyn Watch,
 ) -> Result<Scheduled, Unschedulable> {
+    let srp = &seen_by(dfg, srp);
     let task = Task::new(dfg, srp, options)?;
     match corner::search(&task, options, watch)? {
         None => search::search(&task, srp.contexts, options, watch),
@@ -206,6 +209,7 @@ pub fn certify(
     watch: &dyn Watch,
     certificate: Certificate<'_>,
 ) -> bool {
+    let srp = &seen_by(dfg, srp);
     let Ok(fixed) = fixed_registers(dfg, srp) else {
         return false;
     };
@@ -225,6 +229,7 @@ pub fn ask(
     solver: Solver,
     watch: &dyn Watch,
 ) -> Result<Outcome, Unschedulable> {
+    let srp = &seen_by(dfg, srp);
     let fixed = fixed_registers(dfg, srp)?;
     let question = question((ii, scope), &fixed, solver, watch);
     let problem = Problem::new(dfg, srp);
