@@ -46,7 +46,7 @@ fn costlier_tests_take_more() {
         system.tni.intersection = test;
         area(&system.tni, &system.buffers, 500).total
     };
-    let [wald, anchor, scaled, woop] = Intersection::ALL.map(of);
+    let [wald, anchor, scaled, woop, wide] = Intersection::ALL.map(of);
     assert_eq!(wald, anchor);
-    assert!(scaled > anchor && woop > scaled);
+    assert!(scaled > anchor && woop > scaled && wide > woop);
 }

@@ -93,4 +93,5 @@ fn depths_follow_from_latencies() {
         38
     );
     assert_eq!(Intersection::Woop.depth(table, SYNTHESIS_65NM), 35);
+    assert_eq!(Intersection::WoopWide.depth(table, SYNTHESIS_65NM), 41);
 }

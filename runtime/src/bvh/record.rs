@@ -55,7 +55,7 @@ pub struct AnchorWords {
     pub slack: f32,
 }
 
-/// The words of Woop's test: the vertices as they are.
+/// The words of Woop's tests: the vertices as they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WoopWords {
     /// The vertices.
@@ -107,7 +107,7 @@ impl TriangleRecord {
         let mut words = match test {
             Intersection::Wald => wald(triangle),
             Intersection::AnchorWald | Intersection::AnchorWaldScaled => anchored(triangle),
-            Intersection::Woop => woop(triangle),
+            Intersection::Woop | Intersection::WoopWide => woop(triangle),
         };
         words[PRIMITIVE] = primitive;
         TriangleRecord { words }
@@ -162,7 +162,7 @@ impl TriangleRecord {
         }
     }
 
-    /// The words of a record made for [`Intersection::Woop`].
+    /// The words of a record made for [`Intersection::Woop`] or [`Intersection::WoopWide`].
     #[inline]
     pub fn woop(&self) -> WoopWords {
         WoopWords {

@@ -129,13 +129,14 @@ fn wrong(
 }
 
 /// All tests, and boxes in all formats.
-const UNITS: [(Intersection, NodeFormat); 6] = [
+const UNITS: [(Intersection, NodeFormat); 7] = [
     (Intersection::Wald, NodeFormat::F32),
     (Intersection::AnchorWald, NodeFormat::F32),
     (Intersection::AnchorWaldScaled, NodeFormat::F32),
     (Intersection::Woop, NodeFormat::F32),
     (Intersection::AnchorWaldScaled, NodeFormat::F16),
     (Intersection::Woop, NodeFormat::Q8),
+    (Intersection::WoopWide, NodeFormat::F32),
 ];
 
 fn with((test, node_format): (Intersection, NodeFormat)) -> SystemSpec {

@@ -9,7 +9,7 @@ use srp_archdesc::arch::Approx;
 use srp_archdesc::datapath::Intersection;
 
 use super::Ray;
-use super::triangle::{NEXT, quotient, reciprocal};
+use super::triangle::{NEXT, Wide, quotient, reciprocal};
 use crate::bvh::TriangleRecord;
 
 /// The stages of a test, in order. Before the first, only the record of the triangle is rounded.
@@ -19,6 +19,7 @@ pub fn stages(test: Intersection) -> &'static [&'static str] {
             &["plane", "reciprocal", "hit point", "weights"]
         }
         Intersection::Woop => &["shear", "edge functions", "distance", "reciprocal"],
+        Intersection::WoopWide => &["edge functions", "distance", "reciprocal"],
     }
 }
 
@@ -62,6 +63,7 @@ pub fn staged(
             projected(ray, Words::anchored(triangle), rcp, r)
         }
         Intersection::Woop => woop(ray, triangle, rcp, r),
+        Intersection::WoopWide => woop_wide(ray, triangle, rcp, r),
     }
 }
 
@@ -119,9 +121,14 @@ fn projected(ray: &Ray, w: Words, rcp: Approx, r: Rounding) -> [f64; 3] {
     [t, weight(w.rows[0]), weight(w.rows[1])]
 }
 
-fn woop(ray: &Ray, triangle: &TriangleRecord, rcp: Approx, r: Rounding) -> [f64; 3] {
+/// The axis along which a ray is longest.
+fn longest(ray: &Ray) -> usize {
     let size = ray.direction.map(f32::abs);
-    let z = (0..3).fold(0, |k, i| if size[i] > size[k] { i } else { k });
+    (0..3).fold(0, |k, i| if size[i] > size[k] { i } else { k })
+}
+
+fn woop(ray: &Ray, triangle: &TriangleRecord, rcp: Approx, r: Rounding) -> [f64; 3] {
+    let z = longest(ray);
     let axes = [NEXT[z], NEXT[NEXT[z]]];
     let inverse = match r.stages > 0 {
         true => f64::from(ray.reciprocal[z]),
@@ -145,6 +152,19 @@ fn woop(ray: &Ray, triangle: &TriangleRecord, rcp: Approx, r: Rounding) -> [f64;
         false => 1.0 / sum,
     };
     [above, weights[1], weights[2]].map(|x| r.of(3, x * over))
+}
+
+/// Before the first stage nothing is rounded that binary32 could tell.
+fn woop_wide(ray: &Ray, triangle: &TriangleRecord, rcp: Approx, r: Rounding) -> [f64; 3] {
+    let vertices = triangle.woop().vertices;
+    let wide = Wide::of(ray.origin, ray.direction, longest(ray), vertices);
+    let [below, above, u, v] = wide.quotients();
+    let [below, u, v] = [below, u, v].map(|x| r.of(0, x));
+    let over = match r.stages > 2 {
+        true => f64::from(reciprocal(below as f32, rcp)),
+        false => 1.0 / below,
+    };
+    [r.of(1, above), u, v].map(|x| r.of(2, x * over))
 }
 
 #[cfg(test)]
