@@ -80,7 +80,8 @@ impl Points {
     }
 }
 
-/// The objects of all addresses of a function.
+/// The objects of all addresses of a function; by default, nothing is known of any.
+#[derive(Default)]
 pub struct Objects {
     points: EntityMap<Value, Points>,
 }

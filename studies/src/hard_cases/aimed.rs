@@ -9,13 +9,12 @@ use super::meshes;
 use super::settings::Setting;
 use super::shared::Shared;
 use super::surface::{self, Made, Scenery};
-use super::unit::{self, Unit};
+use super::unit::{Mesh, Unit};
 use crate::exact::{self, Distance};
 use crate::survey::Random;
 use glam::Vec3;
 use srp_archdesc::arch::{Approx, Arch};
 use srp_archdesc::datapath::Intersection;
-use srp_runtime::bvh::Bvh;
 use srp_runtime::scene::{Scene, Triangle};
 use srp_runtime::scene_image;
 use srp_runtime::tni::arithmetic::{Hit, Ray};
@@ -58,8 +57,7 @@ struct AimedRay {
 
 /// The rays of a case, and what they are aimed at.
 pub(super) struct AimedRays {
-    triangles: Vec<Triangle>,
-    tree: Bvh,
+    mesh: Mesh,
     light: Vec3,
     /// True if the rays start inside a closed, convex mesh.
     inside: bool,
@@ -142,9 +140,8 @@ impl AimedRays {
         AimedRays {
             rays: rays.collect(),
             light: light.unwrap_or(own),
-            tree: unit::tree(&triangles),
+            mesh: Mesh::of(triangles),
             inside,
-            triangles,
         }
     }
 
@@ -171,7 +168,7 @@ impl AimedRays {
             return None;
         }
         let arch = &setting.arch;
-        let unit = Unit::of(arch, &self.triangles, &self.tree);
+        let unit = Unit::of(arch, &self.mesh);
         let mut tracer = unit.tracer();
         let lost = |aimed: &&AimedRay| {
             let ray = surface::ray(arch, aimed.origin, aimed.direction, f32::MAX);
@@ -213,9 +210,8 @@ impl AimedRays {
     ) -> Result<Vec<(u32, usize)>, String> {
         let light = self.light;
         let [index] = case.floats("index");
-        let own = (&self.triangles[..], &self.tree);
-        let scenery = Scenery::place(calls, own, index, light, arch)?;
-        let unit = Unit::of(arch, &self.triangles, &self.tree);
+        let scenery = Scenery::place(calls, &self.mesh, index, light, arch)?;
+        let unit = Unit::of(arch, &self.mesh);
         let mut tracer = unit.tracer();
         let hits = self.rays.iter().filter_map(|aimed| {
             let direction = Vec3::from(aimed.direction).normalize_or_zero().to_array();
@@ -239,7 +235,7 @@ impl AimedRays {
         hits: &[(u32, usize)],
         results: &[Vec<u32>],
     ) -> Verdict {
-        let unit = Unit::of(arch, &self.triangles, &self.tree);
+        let unit = Unit::of(arch, &self.mesh);
         let mut tracer = unit.tracer();
         let (mut own, mut dark, mut lost, mut rays) = (0, 0, 0, 0);
         for &(primitive, call) in hits {

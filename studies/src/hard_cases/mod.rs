@@ -43,7 +43,7 @@ use srp_archdesc::arch::{Approx, Arch, Precision};
 use srp_archdesc::diagnostic::Source;
 use srp_archdesc::format::Format;
 use srp_archdesc::watch::Stage;
-use srp_runtime::scene::{Scene, Triangle};
+use srp_runtime::scene::Scene;
 use srp_runtime::tni::arithmetic::{self, Prepared, Ray};
 use srp_toolchain::cache::{Key, Kind};
 use srp_toolchain::{BUILD_ID, Session};
@@ -51,6 +51,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::iter;
 use std::path::Path;
 use surface::Made;
+use unit::{Mesh, Unit};
 
 /// The cases whose identifiers begin with `prefix`, of some files in the form of the catalogue (`docs/hard-cases.md`),
 /// or of the catalogue itself.
@@ -95,7 +96,7 @@ pub fn run(
         scene,
         folder,
         kernels,
-        triangles: cases.iter().map(|c| meshes::of(c, scene)).collect(),
+        meshes: (cases.iter().map(|c| Mesh::of(meshes::of(c, scene)))).collect(),
         aimed: cases.iter().map(|c| aimed_of(c, scene)).collect(),
         cases: &cases,
     };
@@ -141,7 +142,7 @@ fn aimed_of(case: &Case, scene: &Scene) -> Option<AimedRays> {
 
 struct Trial<'a> {
     cases: &'a [Case],
-    triangles: Vec<Vec<Triangle>>,
+    meshes: Vec<Mesh>,
     aimed: Vec<Option<AimedRays>>,
     kernels: &'a Kernels,
     /// The same, as frames take them.
@@ -245,10 +246,8 @@ impl Trial<'_> {
                 ("acne", Some(rays)) => rays
                     .add_hits(&mut calls, case, function, arch)
                     .map(Placed::Hits),
-                ("surface", _) => {
-                    surface::add(&mut calls, case, function, &self.triangles[i], arch)
-                        .map(Placed::Call)
-                }
+                ("surface", _) => surface::add(&mut calls, case, function, &self.meshes[i], arch)
+                    .map(Placed::Call),
                 ("box", _) => Ok(Placed::Call(
                     calls.add(function, &box_arguments(case, arch)),
                 )),
@@ -359,7 +358,7 @@ impl Trial<'_> {
                 let words = std::array::from_fn(|k| call[k]);
                 judge_box(case, Ray::from_words(words))
             }
-            "surface" => surface::judge(case, &setting.arch, &self.triangles[i], &Made::of(call)),
+            "surface" => surface::judge(case, &setting.arch, &self.meshes[i], &Made::of(call)),
             "basis" => judge::basis(case, setting, call),
             "bytes" => judge::bytes(case, setting, call),
             _ => judge::numbers(case, setting, call),
@@ -374,7 +373,7 @@ impl Trial<'_> {
                 continue;
             }
             let verdict = match (case.call.as_str(), &self.aimed[i]) {
-                ("ray", _) => allowing(case, |case| judge_ray(case, setting, &self.triangles[i])),
+                ("ray", _) => allowing(case, |case| judge_ray(case, setting, &self.meshes[i])),
                 ("leaks", Some(rays)) => match rays.leaks(case, setting) {
                     Some(verdict) => verdict,
                     None => continue,
@@ -498,7 +497,7 @@ fn judge_box(case: &Case, ray: Ray) -> Verdict {
 }
 
 /// The unit's function, and the unit cycle by cycle.
-fn judge_ray(case: &Case, setting: &Setting, triangles: &[Triangle]) -> Verdict {
+fn judge_ray(case: &Case, setting: &Setting, mesh: &Mesh) -> Verdict {
     let (tmin, tmax) = ends(case);
     let flags = case.argument("any").map_or(0, |_| arithmetic::ANY_HIT);
     let made = surface::ray(
@@ -512,7 +511,7 @@ fn judge_ray(case: &Case, setting: &Setting, triangles: &[Triangle]) -> Verdict 
         flags,
         ..made
     };
-    let unit = unit::Unit::of(&setting.arch, triangles, &unit::tree(triangles));
+    let unit = Unit::of(&setting.arch, mesh);
     let found = unit.tracer().trace(&ray).hit;
     let timed = unit.answer(&ray);
     match timed {

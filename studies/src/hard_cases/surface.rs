@@ -5,13 +5,12 @@ use super::call::Calls;
 use super::catalogue::Case;
 use super::functions::Function;
 use super::judge::{self, Verdict};
-use super::unit::{self, Unit};
+use super::unit::{Mesh, Unit};
 use crate::exact;
 use glam::Vec3;
 use srp_archdesc::arch::Arch;
 use srp_archdesc::isa::Opcode;
 use srp_archdesc::ops::{V4, eval};
-use srp_runtime::bvh::Bvh;
 use srp_runtime::memory::BASE;
 use srp_runtime::scene::{Camera, Light, Material, Options, Scene, Triangle};
 use srp_runtime::scene_image;
@@ -41,15 +40,14 @@ impl Scenery {
     /// Places triangles of a glass with this index of refraction, that mirrors too, in one light.
     pub(super) fn place(
         calls: &mut Calls,
-        (triangles, tree): (&[Triangle], &Bvh),
+        mesh: &Mesh,
         index: f32,
         light: Vec3,
         arch: &Arch,
     ) -> Result<Scenery, String> {
         let scene = Scene {
             name: String::new(),
-            triangles: triangles
-                .iter()
+            triangles: (mesh.triangles.iter())
                 .map(|t| Triangle { material: 0, ..*t })
                 .collect(),
             materials: vec![Material {
@@ -68,7 +66,7 @@ impl Scenery {
             camera: Camera::looking_at(Vec3::ZERO, Vec3::X, 60.0),
             options: Options::default(),
         };
-        let image = scene_image::build(&scene, tree, &scene.camera, arch, (1, 1));
+        let image = scene_image::build(&scene, mesh.tree(), &scene.camera, arch, (1, 1));
         let memory = image.map_err(|e| e.to_string())?.memory;
         let words = |address: u32, bytes: u32| {
             let bytes = memory.get(address, bytes).unwrap_or_default();
@@ -166,13 +164,12 @@ pub(super) fn add(
     calls: &mut Calls,
     case: &Case,
     function: &'static Function,
-    triangles: &[Triangle],
+    mesh: &Mesh,
     arch: &Arch,
 ) -> Result<usize, String> {
     let light = Vec3::from(case.floats("light"));
     let [index] = case.floats("index");
-    let tree = unit::tree(triangles);
-    let scenery = Scenery::place(calls, (triangles, &tree), index, light, arch)?;
+    let scenery = Scenery::place(calls, mesh, index, light, arch)?;
     let [u, v] = case.floats("weights");
     let direction = Vec3::from(case.floats("view")).normalize().to_array();
     let arguments = scenery.arguments((u, v, 0), direction, light);
@@ -182,8 +179,9 @@ pub(super) fn add(
 /// Checks that the origins lie on their sides of the plane in exact arithmetic, and that the rays find what
 /// they must: `shadow lit`, `dark` or `empty`; `mirror` and `through` the number of a triangle, `miss`, or
 /// `none` where no ray is sent.
-pub(super) fn judge(case: &Case, arch: &Arch, triangles: &[Triangle], made: &Made) -> Verdict {
-    let unit = Unit::of(arch, triangles, &unit::tree(triangles));
+pub(super) fn judge(case: &Case, arch: &Arch, mesh: &Mesh, made: &Made) -> Verdict {
+    let unit = Unit::of(arch, mesh);
+    let triangles = &mesh.triangles;
     let mut tracer = unit.tracer();
     let mut wrong = Vec::new();
     let towards = exact::leans(case.floats("view"), &triangles[0]);

@@ -8,10 +8,28 @@ use srp_runtime::scene::Triangle;
 use srp_runtime::tni::arithmetic::{Hit, Ray};
 use srp_runtime::tni::place_for;
 use srp_runtime::tni::{Tracer, Tree};
+use std::sync::OnceLock;
 
-/// The usual tree of some triangles.
-pub(super) fn tree(triangles: &[Triangle]) -> Bvh {
-    bvh::build(triangles, &bvh::Options::default())
+/// Triangles and their usual tree, which is built when it is first asked for: it is the same in every setting.
+pub(super) struct Mesh {
+    pub(super) triangles: Vec<Triangle>,
+    tree: OnceLock<Bvh>,
+}
+
+impl Mesh {
+    /// A mesh of some triangles.
+    pub(super) fn of(triangles: Vec<Triangle>) -> Mesh {
+        Mesh {
+            triangles,
+            tree: OnceLock::new(),
+        }
+    }
+
+    /// Its tree.
+    pub(super) fn tree(&self) -> &Bvh {
+        let build = || bvh::build(&self.triangles, &bvh::Options::default());
+        self.tree.get_or_init(build)
+    }
 }
 
 /// A unit, and the tree that it reads.
@@ -23,9 +41,9 @@ pub(super) struct Unit<'a> {
 }
 
 impl<'a> Unit<'a> {
-    /// A unit over a tree of the triangles.
-    pub(super) fn of(arch: &'a Arch, triangles: &[Triangle], tree: &Bvh) -> Unit<'a> {
-        let image = bvh::lay_out(tree, triangles, Layout::of(&arch.system.tni));
+    /// A unit over the tree of a mesh.
+    pub(super) fn of(arch: &'a Arch, mesh: &Mesh) -> Unit<'a> {
+        let image = bvh::lay_out(mesh.tree(), &mesh.triangles, Layout::of(&arch.system.tni));
         let (memory, tree) = place_for(&arch.system, &image);
         Unit {
             arch,

@@ -2,7 +2,7 @@
 
 mod loads;
 
-use super::alias::Scopes;
+use super::alias::{Objects, Scopes};
 use super::guards::Guards;
 use super::rename::Renames;
 use crate::flow::{Cfg, Dominators};
@@ -10,7 +10,7 @@ use crate::program::*;
 use loads::Loads;
 pub(super) use loads::returns;
 use rustc_hash::FxHashMap;
-use srp_archdesc::isa::Opcode;
+use srp_archdesc::isa::{Effect, Opcode};
 
 /// Uses the first of equal pure instructions wherever it dominates the second, and the first of
 /// equal loads, or the value stored there, with no store to the place in between: within a block,
@@ -82,7 +82,18 @@ impl Numbering {
     /// Numbers the values of a block.
     fn visit(&mut self, func: &mut Function, block: Block) -> Visit {
         let mut made = Vec::new();
-        let objects = self.scopes.of_block(func, block);
+        // Only a store asks which objects are apart, and to find them out is half of the work.
+        let stores = func.blocks[block].insts.iter().any(|&inst| {
+            let InstKind::Op { op, .. } = func.insts[inst].kind else {
+                return false;
+            };
+            op.info().effect == Effect::Store
+        });
+        let unknown = Objects::default();
+        let objects = match stores {
+            true => self.scopes.of_block(func, block),
+            false => &unknown,
+        };
         let mut open = std::mem::take(&mut func.blocks[block].insts);
         open.reverse();
         while let Some(inst) = open.pop() {
