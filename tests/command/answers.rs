@@ -158,6 +158,31 @@ fn a_frame_without_a_clock_schedules_nothing() {
 }
 
 #[test]
+fn what_no_slot_runs_is_told_before_loops_are_scheduled() {
+    let folder = folder("no-slot");
+    let source = srp(&folder, &["machine", "source", "sgrt"]);
+    let source = String::from_utf8(source.stdout).expect("it is text");
+    let without: String = (source.lines())
+        .filter(|line| !line.contains("<op class=\"tex\""))
+        .map(|line| line.replace(" tex io branch", " io branch") + "\n")
+        .collect();
+    write(&folder, "no-textures.xml", &without);
+    let samples = "#include \"srp.h\"\nint main(void) {\n    static float a[64];\n    \
+                   for (int i = 0; i < 64; i++) a[i] = a[i] * 2.0f + 1.0f;\n    \
+                   return (int)srp_texture(0, 0.5f, 0.5f)[0] + (int)a[3];\n}\n";
+    write(&folder, "samples.c", samples);
+    let args = ["report", "samples.c", "--machine", "no-textures.xml"];
+    let output = srp_apart(&folder, &args);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        said.contains("samples.c:5:17: in `main`: no VLIW slot runs `tex`"),
+        "{said}"
+    );
+    assert!(!folder.with_extension("cache").exists(), "nothing was kept");
+}
+
+#[test]
 fn what_is_saved_is_reported_again() {
     let folder = folder("watch");
     let slow = "int a[64], b[64];\nint main(void) {\n    int s = 1;\n    \

@@ -18,7 +18,7 @@ use srp_ir::pass;
 use srp_ir::program::{Kernel, Program, SourceFile};
 use srp_ir::split::{Counter, Remark};
 use srp_scheduler::modulo::{self, Unschedulable};
-use srp_scheduler::{LoopFacts, Schedule, ScheduleError};
+use srp_scheduler::{LoopFacts, Schedule, ScheduleError, vliw};
 use std::collections::BTreeMap;
 
 /// A scheduled program, and the facts about it.
@@ -385,6 +385,8 @@ fn schedule_dre(
     session: &Session<'_>,
     timed: &Timed<'_>,
 ) -> Result<Schedule, ScheduleError> {
+    // Loops take long; what cannot run after all is refused before them.
+    vliw::admit(&dre.control, &arch.srp).map_err(ScheduleError::Control)?;
     let all: Vec<&Dfg> = dre.kernels.values().collect();
     let loops = loops::schedule_all(&all, arch, options, session, timed);
     let _stage = Stage::unknown(timed, "control code");

@@ -47,11 +47,11 @@ impl Bounds {
             why.push(units.why);
         }
         if resources > 1 {
-            let apart = |d: &&Demand| match (&d.need, &units.cut) {
-                (Need::Units(classes), Some(cut)) => !cut.is_of(classes),
-                (Need::Units(_), None) => units.ii < resources,
-                (Need::Shared(_), _) => true,
-                (Need::Array, _) => false,
+            // A cut is of all operations or of those that are the reason for all.
+            let apart = |d: &&Demand| match &d.need {
+                Need::Units(classes) => !classes.iter().all(|class| units.told.contains(class)),
+                Need::Shared(_) => true,
+                Need::Array => units.cut.is_none(),
             };
             let others = shared.iter().chain(&classes).filter(apart);
             let set_it = others.filter(|d| d.bound == resources);
@@ -162,7 +162,9 @@ impl Share {
 struct UnitBound {
     ii: u32,
     why: String,
-    /// The classes that do not fit one below.
+    /// The classes that `why` names.
+    told: BTreeSet<Class>,
+    /// These, where they do not fit one below.
     cut: Option<Demand>,
 }
 
@@ -172,8 +174,10 @@ fn unit_bound(problem: &Problem<'_>) -> UnitBound {
     let groups = groups(problem);
     let intervals: BTreeSet<u32> = groups.iter().map(|g| g.interval).collect();
     let mut ii = intervals.last().copied().unwrap_or(1);
+    let mut told = BTreeSet::new();
     let mut why = match groups.iter().find(|g| g.interval == ii && ii > 1) {
         Some(slowest) => {
+            told.clone_from(&slowest.classes);
             let names: Vec<&str> = slowest.classes.iter().map(|c| c.name()).collect();
             let names = names.join(", ");
             format!("an operation of {names} keeps its unit for {ii} cycles")
@@ -191,9 +195,12 @@ fn unit_bound(problem: &Problem<'_>) -> UnitBound {
         ii += 1;
         let classes: Demand;
         (why, classes) = in_words(&groups, share, &unmet, ii);
+        if let Need::Units(classes) = &classes.need {
+            told = classes.iter().copied().collect();
+        }
         cut = Some(classes);
     }
-    UnitBound { ii, why, cut }
+    UnitBound { ii, why, told, cut }
 }
 
 /// Why the groups of a cut need the II `ii`.
@@ -373,7 +380,7 @@ fn demand_in_words(problem: &Problem<'_>, demand: &Demand) -> String {
                 true => String::new(),
                 false => format!(", {cycles} issue cycles together,"),
             };
-            let names = match &demand.need {
+            let names: Vec<&str> = match &demand.need {
                 Need::Units(classes) => classes.iter().map(|c| c.name()).collect(),
                 _ => Vec::new(),
             };
@@ -385,6 +392,9 @@ fn demand_in_words(problem: &Problem<'_>, demand: &Demand) -> String {
 /// So many operations of classes on so many units, in words.
 fn of_classes(operations: u32, names: &[&str], issue: &str, units: u32) -> String {
     let (one, many) = (plural(operations), plural(units));
-    let names = names.join(", ");
-    format!("{operations} operation{one} of {names}{issue} on {units} unit{many}")
+    let names = match names {
+        [] => String::new(),
+        names => format!(" of {}", names.join(", ")),
+    };
+    format!("{operations} operation{one}{names}{issue} on {units} unit{many}")
 }

@@ -45,7 +45,7 @@ use srp_archdesc::isa::{Opcode, Ty};
 use srp_ir::check::sequence::Stretch;
 use srp_ir::dre::scheduled::{Bundle, BundleData, FunctionEntry, ModuloSchedule};
 use srp_ir::layout::Layout;
-use srp_ir::program::{Func, Kernel, Pos, Program};
+use srp_ir::program::{Func, InstKind, Kernel, Pos, Program};
 use target::Target;
 
 /// The control code of a program.
@@ -183,6 +183,29 @@ impl std::fmt::Display for VliwError {
 }
 
 impl std::error::Error for VliwError {}
+
+/// Refuses control code by its operations alone, before any loop that it launches has a schedule.
+///
+/// # Errors
+///
+/// The machine has no VLIW engine that control code can run on, or no slot runs an operation.
+pub fn admit(control: &Program, srp: &Srp) -> Result<(), VliwError> {
+    let target = Target::of(srp)?;
+    for function in control.funcs.values() {
+        let blocks = function.layout.iter().map(|&block| &function.blocks[block]);
+        for &inst in blocks.flat_map(|block| &block.insts) {
+            let inst = &function.insts[inst];
+            match inst.kind {
+                InstKind::Op { op, .. } if target.max_constants(op).is_none() => {
+                    let at = place(control, &function.name, inst.pos);
+                    return Err(VliwError::Unsupported { op, at });
+                }
+                _ => {}
+            }
+        }
+    }
+    Ok(())
+}
 
 /// Control code for `control` on `srp`, launching `kernels`, with globals as in `layout`. Without a
 /// `main`, the start code is one that must not be reached.
