@@ -1,6 +1,6 @@
 //! [`Precision`]: how exact a machine's approximate units are.
 
-use crate::format::Formats;
+use crate::format::{Format, Formats};
 use crate::ops::semantics::elementary::SEPARATE;
 use crate::structure::{Special, Structure};
 use serde::{Deserialize, Serialize};
@@ -67,10 +67,18 @@ impl Precision {
     };
 }
 
+/// The rounding to a format, where it is coarser than binary32.
+fn beyond_single(format: Format) -> f64 {
+    match format.significand < Format::SINGLE.significand {
+        true => format.rounding(),
+        false => 0.0,
+    }
+}
+
 /// Half a unit in the last place of 1, the unit roundoff: the error of rounding to binary32.
 pub const U: f64 = 1.0 / (1 << 24) as f64;
 
-/// The part by which a [narrowed](Approx::narrowing) reciprocal is less than its error asks for, so that its roundings
+/// The part by which a [narrowed](Precision::narrowing) reciprocal is less than its error asks for, so that its roundings
 /// do not make it larger.
 pub const NARROWED: f64 = 8.0 * U;
 
@@ -91,17 +99,6 @@ impl Approx {
                 let table = 2f64.powi(-(bits as i32));
                 (0..steps).fold(table, |e, _| 2.0 * e * e + 5.0 * U)
             }
-        }
-    }
-
-    /// The factor by which a reciprocal is multiplied for near planes of boxes, so that no box seems to begin behind
-    /// where it does: 1 where it is exact, for then the distance is off by no more than roundings. A hit counts from
-    /// where its box begins, so that the error of a coarse reciprocal would be that of all distances.
-    /// `docs/numerics.md` derives it.
-    pub fn narrowing(self) -> f32 {
-        match self {
-            Approx::Exact => 1.0,
-            coarse => (1.0 / (1.0 + coarse.error_bound()) - NARROWED) as f32,
         }
     }
 }
@@ -242,6 +239,90 @@ impl Approx {
 }
 
 impl Precision {
+    /// The factor by which a reciprocal is multiplied for far planes of boxes, to cover all errors of their distance
+    /// against that of a near one: twice the error of the reciprocal, twice those of subtraction and multiplication, and
+    /// the roundings of this product itself, which is made in the format of the machine's. `docs/numerics.md` derives it.
+    pub fn widening(&self) -> f32 {
+        match self.reciprocal_error() {
+            error if error < 1.0 => {
+                let made = (1.0 - self.product_rounding()).powi(3);
+                ((1.0 + error) / (1.0 - error) / made + 16.0 * U) as f32
+            }
+            _ => f32::MAX,
+        }
+    }
+
+    /// The factor by which a reciprocal is multiplied for near planes of boxes, so that no box seems to begin behind
+    /// where it does: 1 where it is exact, for then the distance is off by no more than roundings. A hit counts from
+    /// where its box begins, so that the error of a coarse reciprocal would be that of all distances.
+    /// `docs/numerics.md` derives it.
+    pub fn narrowing(&self) -> f32 {
+        if self.rcp == Approx::Exact {
+            return 1.0;
+        }
+        let made = (1.0 + self.product_rounding()).powi(3);
+        (1.0 / (1.0 + self.reciprocal_error()) / made - NARROWED) as f32
+    }
+
+    /// How far a product, and each of its factors, is rounded beyond binary32: 0 where that is the format of products.
+    pub fn product_rounding(&self) -> f64 {
+        beyond_single(self.formats.multiply)
+    }
+
+    /// An upper bound of the relative error of a reciprocal as programs have it.
+    pub fn reciprocal_error(&self) -> f64 {
+        self.error_in_code(Special::Rcp)
+    }
+
+    /// An upper bound of the relative error of a reciprocal or a root as programs have it: that of
+    /// [the unit](Approx::error_bound), and where its steps are operations of the program, of what these round away in the
+    /// machine's formats, provided that all they meet fits into the formats' exponents. `docs/numerics.md` counts the
+    /// roundings.
+    pub fn error_in_code(&self, special: Special) -> f64 {
+        let approx = self.of(special);
+        let Approx::Table {
+            bits,
+            steps,
+            fused,
+            refine: Refine::Code,
+            ..
+        } = approx
+        else {
+            return approx.error_bound();
+        };
+        let Formats {
+            add,
+            multiply,
+            fused: both,
+        } = self.formats;
+        let used: &[Format] = match (special, fused) {
+            (Special::Rcp, true) => &[both],
+            (_, true) => &[both, multiply],
+            // A product and a sum may be fused after all.
+            (_, false) => &[add, multiply, both],
+        };
+        let rounding = used.iter().map(|&format| beyond_single(format));
+        let rounding = rounding.fold(0.0, f64::max);
+        if rounding == 0.0 {
+            return approx.error_bound();
+        }
+        let roundings = match (special, fused) {
+            (Special::Rcp, true) => 5.0,
+            (Special::Rcp, false) => 9.0,
+            (_, true) => 6.0,
+            (_, false) => 12.0,
+        };
+        let first = 2f64.powi(-(bits as i32));
+        let step = |e: f64| (2.0 * e * e + roundings * rounding) * (1.0 + 4.0 * e);
+        // Where a step leads to no number, the approximation before it stays.
+        let refined = (0..steps).fold(first, |e, _| step(e).max(first));
+        let product = match special {
+            Special::Sqrt => 4.0 * rounding,
+            _ => 0.0,
+        };
+        refined + product + U
+    }
+
     /// True if a machine has a unit for a function: always, but for fast ones.
     pub fn has(&self, special: Special) -> bool {
         match special {

@@ -95,7 +95,7 @@ impl std::fmt::Debug for Options<'_> {
 
 /// The macros by which the library knows which special functions of a machine are exact: its own
 /// functions then take what the unit gives. And the one by which kernels know what to multiply a reciprocal by that is
-/// not ([`Approx::narrowing`]).
+/// not ([`Precision::narrowing`]).
 pub fn precision_macros(precision: &Precision) -> Vec<(String, String)> {
     let units = [
         ("__SRP_EXACT_SQRT", precision.sqrt),
@@ -108,9 +108,9 @@ pub fn precision_macros(precision: &Precision) -> Vec<(String, String)> {
     let exact = exact.map(|(name, _)| (name.to_owned(), "1".to_owned()));
     let narrowing = match precision.rcp {
         Approx::Exact => None,
-        coarse => Some((
+        _ => Some((
             "__SRP_RCP_NARROWING".to_owned(),
-            format!("{:?}f", coarse.narrowing()),
+            format!("{:?}f", precision.narrowing()),
         )),
     };
     exact.chain(narrowing).collect()

@@ -2,12 +2,13 @@
 
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
-use srp_archdesc::arch::{Arch, Subnormals};
-use srp_archdesc::format::Format;
+use srp_archdesc::arch::{Approx, Arch, Precision, Refine, Subnormals};
+use srp_archdesc::format::{Format, Formats};
 use srp_archdesc::isa::Opcode;
 use srp_archdesc::machines;
 use srp_archdesc::ops::semantics::word::narrow;
 use srp_archdesc::ops::{self, Value};
+use srp_archdesc::structure::{Special, Structure};
 
 fn word(format: Format, flushes: bool) -> u32 {
     format.exponent | format.significand << 8 | u32::from(flushes) << 16
@@ -321,4 +322,102 @@ fn pairs_of_halves_are_rounded_once() {
         }
     }
     assert!(rounded > 100_000, "{rounded} results were not exact");
+}
+
+/// A reciprocal, or a root or its reciprocal, with steps that are operations of the machine: Newton's, as
+/// `ir/src/pass/refine.rs` writes them.
+fn in_code(special: Special, x: f32, precision: &Precision) -> f32 {
+    let calc = |op: Opcode, args: &[f32]| {
+        let args: Vec<Value> = args.iter().map(|x| Value::word(x.to_bits())).collect();
+        let value = ops::eval(op, &args, 0, precision).expect("it is an operation of floats");
+        f32::from_bits(value.expect("it has a result").as_word())
+    };
+    use Opcode::{Fma, Fmul, Fsub};
+    let Approx::Table { steps, fused, .. } = precision.of(special) else {
+        unreachable!("it is approximate")
+    };
+    let is_reciprocal = special == Special::Rcp;
+    let first = if is_reciprocal {
+        Opcode::Rcp
+    } else {
+        Opcode::Rsqrt
+    };
+    let y = (0..steps).fold(calc(first, &[x]), |y, _| {
+        let (along, part) = match is_reciprocal {
+            true => (x, y),
+            false => (calc(Fmul, &[x, y]), calc(Fmul, &[y, 0.5])),
+        };
+        match fused {
+            true => calc(Fma, &[part, calc(Fma, &[-along, y, 1.0]), y]),
+            false => {
+                let (square, whole) = (
+                    calc(Fmul, &[along, y]),
+                    if is_reciprocal { 2.0 } else { 3.0 },
+                );
+                calc(Fmul, &[part, calc(Fsub, &[whole, square])])
+            }
+        }
+    });
+    match special {
+        Special::Sqrt => calc(Fmul, &[x, y]),
+        _ => y,
+    }
+}
+
+#[test]
+fn steps_in_code_keep_to_the_bound_of_their_formats() {
+    let mut random = Pcg32::new(std::process::id().into(), 9);
+    let format = |name| Format::parse(name).expect("a format");
+    let (single, coarse) = (Format::SINGLE, format("e8m4"));
+    for [add, multiply, fused] in [
+        [single; 3],
+        [Format::TF32; 3],
+        [Format::BFLOAT16; 3],
+        [Format::BFLOAT16, Format::BFLOAT16, Format::TF32],
+        [single, Format::BFLOAT16, single],
+        [coarse; 3],
+    ] {
+        for (special, way, steps) in [Special::Rcp, Special::Rsqrt, Special::Sqrt]
+            .into_iter()
+            .flat_map(|special| [true, false].map(|way| (special, way)))
+            .flat_map(|(special, way)| [1, 2].map(|steps| (special, way, steps)))
+        {
+            let approx = Approx::Table {
+                structure: Structure::Table,
+                bits: 8,
+                steps,
+                fused: way,
+                refine: Refine::Code,
+            };
+            let precision = Precision {
+                rcp: approx,
+                rsqrt: approx,
+                sqrt: approx,
+                formats: Formats {
+                    add,
+                    multiply,
+                    fused,
+                },
+                ..Precision::EXACT
+            };
+            let bound = precision.error_in_code(special);
+            let worst = (0..4000).fold(0f64, |worst, _| {
+                let x = f32::from_bits(0x3000_0000 + random.next_u32() % 0x1f00_0000);
+                let exact = match special {
+                    Special::Rcp => 1.0 / f64::from(x),
+                    Special::Rsqrt => 1.0 / f64::from(x).sqrt(),
+                    _ => f64::from(x).sqrt(),
+                };
+                let off = f64::from(in_code(special, x, &precision)) / exact - 1.0;
+                worst.max(off.abs())
+            });
+            let what = format!("{special:?}, {way}, {steps} of {add:?}, {multiply:?}, {fused:?}");
+            assert!(worst <= bound, "{what}: {worst:e}, at most {bound:e}");
+            // Five digits leave no room for bounds that are linear in what rounds.
+            assert!(
+                add == coarse || 20.0 * worst > bound,
+                "{what}: {worst:e}, at most {bound:e}"
+            );
+        }
+    }
 }

@@ -23,7 +23,7 @@ use srp_archdesc::arch::{Approx, U};
 use crate::bvh::{self, Bvh, Layout, TreeImage};
 use crate::memory::{BASE, MAX_BYTES, SystemMemory};
 use crate::scene::{Camera, Light, MAX_COORDINATE, Scene};
-use crate::tni::{Tree, arithmetic};
+use crate::tni::Tree;
 use parts::Parts;
 use srp_kernels::layout::{LIGHT, MATERIAL, TRIANGLE};
 use structure::Bytes;
@@ -108,8 +108,6 @@ pub struct SceneImage {
     pub across: u32,
     /// Where the parts lie that shading reads.
     pub shading: ShadingParts,
-    /// The factor that widens reciprocals ([`arithmetic::widening`]).
-    pub widening: f32,
 }
 
 impl SceneImage {
@@ -231,7 +229,7 @@ pub fn build(
         let address = parts.triangles + i * u64::from(TRIANGLE.bytes);
         image.triangle(address, scene, triangle);
     }
-    let widening = arithmetic::widening(arch.precision.rcp);
+    let widening = arch.precision.widening();
     let least_normal = least_normal(arch.system.tni.rcp);
     image.header(scene, camera, &parts, &tiling, (widening, least_normal));
     let framebuffer = parts.framebuffer as u32;
@@ -259,7 +257,6 @@ pub fn build(
                 .map_or(framebuffer, |&address| address as u32),
             texels: parts.texels.iter().map(|&address| address as u32).collect(),
         },
-        widening,
     })
 }
 

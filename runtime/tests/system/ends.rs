@@ -14,7 +14,6 @@ use srp_runtime::solo;
 use srp_runtime::solo::{Finish, Solo, SoloError};
 use srp_runtime::system;
 use srp_runtime::system::{Options, SharedWords, SystemError};
-use srp_runtime::tni::arithmetic::widening;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// An engine that does one thing for ever, or once.
@@ -261,7 +260,7 @@ fn the_header_tells_the_widening_of_the_machine() {
         .get(BASE + 184, 4)
         .expect("the header is mapped");
     let factor = f32::from_le_bytes(bytes.try_into().expect("4 bytes"));
-    assert_eq!(factor, widening(arch.precision.rcp));
+    assert_eq!(factor, arch.precision.widening());
     assert!(factor > 1.0 + 2.0 / 4096.0);
 }
 

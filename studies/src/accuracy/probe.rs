@@ -6,12 +6,11 @@
 //! the scene it may pass both triangles: only those rays count that meet one of them in exact arithmetic.
 
 use crate::exact;
+use crate::rays::kernel_ray;
 use glam::{DVec3, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use srp_archdesc::arch::{Arch, Precision};
-use srp_archdesc::isa::Opcode;
-use srp_archdesc::ops::{self, Value};
+use srp_archdesc::arch::Arch;
 use srp_runtime::scene::Scene;
 use srp_runtime::scene_image::SceneImage;
 use srp_runtime::tni::Tracer;
@@ -109,7 +108,12 @@ impl Edges {
         let mut ulps = Vec::new();
         for &Aimed { direction, t } in &self.0 {
             let hit = tracer
-                .trace(&ray(origin, direction, image, &arch.precision.in_units()))
+                .trace(&kernel_ray(
+                    &arch.precision,
+                    origin.into(),
+                    direction.into(),
+                    f32::MAX,
+                ))
                 .hit;
             if !hit.is_hit() || f64::from(hit.t) > t * farther {
                 leaks.leaks += 1;
@@ -132,7 +136,7 @@ impl Edges {
 /// How far off a distance may be for want of bits, as a part of it: by the unit's reciprocal, and by that
 /// of the slabs, for no hit is nearer than the box of its leaf.
 fn allowance(arch: &Arch) -> f64 {
-    2.0 * (arch.system.tni.rcp.error_bound() + arch.precision.rcp.error_bound())
+    2.0 * (arch.system.tni.rcp.error_bound() + arch.precision.reciprocal_error())
 }
 
 /// True when two triangles lie on either side of the edge that they share, as it is seen from a point.
@@ -171,23 +175,6 @@ fn bound(p: DVec3, q: DVec3) -> DVec3 {
         p.z * q.x + p.x * q.z,
         p.x * q.y + p.y * q.x,
     )
-}
-
-/// A ray as the kernels make it on a machine whose units have their steps, wherever these run.
-fn ray(origin: Vec3, direction: Vec3, image: &SceneImage, precision: &Precision) -> Ray {
-    let mut ray = Ray::new(origin.into(), direction.into(), 0.0, f32::MAX, 0);
-    ray.reciprocal = ray.direction.map(|d| {
-        let value = ops::eval(Opcode::Rcp, &[Value::word(d.to_bits())], 0, precision);
-        let value = value
-            .ok()
-            .flatten()
-            .map_or(f32::NAN.to_bits(), |v| v.as_word());
-        f32::from_bits(value)
-    });
-    ray.far = ray.reciprocal.map(|r| r * image.widening);
-    let narrowing = precision.rcp.narrowing();
-    ray.reciprocal = ray.reciprocal.map(|r| r * narrowing);
-    ray
 }
 
 #[cfg(test)]

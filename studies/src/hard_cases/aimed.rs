@@ -8,9 +8,10 @@ use super::judge::{Verdict, distance_error};
 use super::meshes;
 use super::settings::Setting;
 use super::shared::Shared;
-use super::surface::{self, Made, Scenery};
+use super::surface::{Made, Scenery};
 use super::unit::{Mesh, Unit};
 use crate::exact::{self, Distance};
+use crate::rays::kernel_ray;
 use crate::survey::Random;
 use glam::Vec3;
 use srp_archdesc::arch::{Approx, Arch};
@@ -171,7 +172,7 @@ impl AimedRays {
         let unit = Unit::of(arch, &self.mesh);
         let mut tracer = unit.tracer();
         let lost = |aimed: &&AimedRay| {
-            let ray = surface::ray(arch, aimed.origin, aimed.direction, f32::MAX);
+            let ray = kernel_ray(&arch.precision, aimed.origin, aimed.direction, f32::MAX);
             self.is_lost(aimed, &tracer.trace(&ray).hit, arch)
         };
         let lost = self.rays.iter().filter(lost).count();
@@ -215,7 +216,7 @@ impl AimedRays {
         let mut tracer = unit.tracer();
         let hits = self.rays.iter().filter_map(|aimed| {
             let direction = Vec3::from(aimed.direction).normalize_or_zero().to_array();
-            let ray = surface::ray(arch, aimed.origin, direction, scene_image::FAR);
+            let ray = kernel_ray(&arch.precision, aimed.origin, direction, scene_image::FAR);
             let hit = tracer.trace(&ray).hit;
             hit.is_hit().then_some((hit, direction))
         });
@@ -252,12 +253,22 @@ impl AimedRays {
                 dark += u32::from(self.inside && hit.is_hit());
             }
             if let Some((origin, direction)) = made.mirrored {
-                let hit = find(&surface::ray(arch, origin, direction, scene_image::FAR));
+                let hit = find(&kernel_ray(
+                    &arch.precision,
+                    origin,
+                    direction,
+                    scene_image::FAR,
+                ));
                 own += u32::from(hit.primitive == primitive);
                 lost += u32::from(self.inside && !hit.is_hit());
             }
             if let Some((origin, direction)) = made.through {
-                let hit = find(&surface::ray(arch, origin, direction, scene_image::FAR));
+                let hit = find(&kernel_ray(
+                    &arch.precision,
+                    origin,
+                    direction,
+                    scene_image::FAR,
+                ));
                 own += u32::from(hit.primitive == primitive);
             }
         }

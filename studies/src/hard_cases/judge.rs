@@ -46,7 +46,8 @@ pub(super) fn error(approx: Approx) -> f64 {
 pub(super) fn distance_error(arch: &Arch) -> f64 {
     let of_ray = match arch.system.tni.intersection {
         Intersection::Woop if arch.precision.rcp != Approx::Exact => {
-            2.0 * error(arch.precision.rcp) + NARROWED
+            let precision = &arch.precision;
+            2.0 * (precision.reciprocal_error() + 3.0 * precision.product_rounding()) + NARROWED
         }
         _ => 0.0,
     };

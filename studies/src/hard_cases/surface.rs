@@ -7,14 +7,13 @@ use super::functions::Function;
 use super::judge::{self, Verdict};
 use super::unit::{Mesh, Unit};
 use crate::exact;
+use crate::rays::kernel_ray;
 use glam::Vec3;
 use srp_archdesc::arch::Arch;
-use srp_archdesc::isa::Opcode;
-use srp_archdesc::ops::{V4, eval};
 use srp_runtime::memory::BASE;
 use srp_runtime::scene::{Camera, Light, Material, Options, Scene, Triangle};
 use srp_runtime::scene_image;
-use srp_runtime::tni::arithmetic::{self, NO_HIT, Ray};
+use srp_runtime::tni::arithmetic::{NO_HIT, Ray};
 use std::cmp::Ordering;
 
 /// Where the kernels find a scene, and its figures in the header.
@@ -129,23 +128,6 @@ impl Made {
     }
 }
 
-/// A ray with the reciprocals that the SRP of a machine computes.
-pub(super) fn ray(arch: &Arch, origin: [f32; 3], direction: [f32; 3], tmax: f32) -> Ray {
-    let reciprocal = direction.map(|d| {
-        let operand = [V4::word(d.to_bits())];
-        let value = eval(Opcode::Rcp, &operand, 0, &arch.precision.in_units());
-        let value = value.ok().flatten().unwrap_or_default();
-        f32::from_bits(value.as_word())
-    });
-    let widening = arithmetic::widening(arch.precision.rcp);
-    let narrowing = arch.precision.rcp.narrowing();
-    Ray {
-        reciprocal: reciprocal.map(|r| r * narrowing),
-        far: reciprocal.map(|r| r * widening),
-        ..Ray::new(origin, direction, 0.0, tmax, 0)
-    }
-}
-
 /// True if a ray's reciprocals for far planes are beyond those for near ones by what the box test adds to errors, along each
 /// axis: a difference and a product, each rounded, on either side.
 fn covers_errors(ray: &Ray) -> bool {
@@ -230,7 +212,12 @@ pub(super) fn judge(case: &Case, arch: &Arch, mesh: &Mesh, made: &Made) -> Verdi
             return "none".to_owned();
         };
         let hit = tracer
-            .trace(&ray(arch, origin, direction, scene_image::FAR))
+            .trace(&kernel_ray(
+                &arch.precision,
+                origin,
+                direction,
+                scene_image::FAR,
+            ))
             .hit;
         match hit.primitive {
             NO_HIT => "miss".to_owned(),

@@ -17,6 +17,9 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 
 use serde::Serialize;
+use srp_archdesc::arch::Precision;
+use srp_archdesc::isa::Opcode;
+use srp_archdesc::ops::{V4, eval};
 use srp_runtime::scene::angle::turn;
 use srp_runtime::scene::camera::RayFan;
 use srp_runtime::scene::{Camera, Triangle};
@@ -29,6 +32,33 @@ pub use file::{MAX_RAYS, read};
 pub use order::Order;
 use pixels::Pixels;
 pub use sample::{MAX_RUN, Sampling};
+
+/// A ray as the kernels make it on a machine, whose reciprocals and products those of box tests are; steps in code are
+/// taken as a unit takes them.
+pub(crate) fn kernel_ray(
+    precision: &Precision,
+    origin: [f32; 3],
+    direction: [f32; 3],
+    tmax: f32,
+) -> Ray {
+    let (widening, narrowing) = (precision.widening(), precision.narrowing());
+    let precision = &precision.in_units();
+    let computed = |op: Opcode, operands: &[f32]| {
+        let operands: Vec<V4> = operands.iter().map(|x| V4::word(x.to_bits())).collect();
+        let value = eval(op, &operands, 0, precision).ok().flatten();
+        f32::from_bits(value.unwrap_or_default().as_word())
+    };
+    let reciprocal = direction.map(|d| computed(Opcode::Rcp, &[d]));
+    let times = |factor: f32| reciprocal.map(|r| computed(Opcode::Fmul, &[r, factor]));
+    Ray {
+        reciprocal: match narrowing == 1.0 {
+            true => reciprocal,
+            false => times(narrowing),
+        },
+        far: times(widening),
+        ..Ray::new(origin, direction, 0.0, tmax, 0)
+    }
+}
 
 /// Rays that are put in order together.
 pub const BATCH: usize = 1 << 20;

@@ -17,20 +17,9 @@ mod staged;
 mod triangle;
 
 use serde::{Deserialize, Serialize};
-use srp_archdesc::arch::Approx;
+use srp_archdesc::arch::Precision;
 
 pub use staged::{staged, stages};
-
-/// Unit roundoff of binary32.
-const U: f32 = srp_archdesc::arch::U as f32;
-
-/// The factor by which a reciprocal of precision `rcp` is multiplied to cover all errors of a far plane's
-/// distance against that of a near one: twice the error of the reciprocal, twice those of subtraction and
-/// multiplication, and the rounding of this product itself. `docs/numerics.md` derives it.
-pub fn widening(rcp: Approx) -> f32 {
-    let error = rcp.error_bound();
-    ((1.0 + error) / (1.0 - error) + 16.0 * f64::from(U)) as f32
-}
 
 /// 2^n, exactly, for -126 ≤ n ≤ 127.
 fn exp2(n: i32) -> f32 {
@@ -52,7 +41,7 @@ pub struct Ray {
     pub reciprocal: [f32; 3],
     /// Any word; not looked at.
     pub payload: u32,
-    /// The reciprocal times [`widening`].
+    /// The reciprocal times [the widening](Precision::widening) of far planes.
     pub far: [f32; 3],
     /// Bit 0: a shadow ray, for which any hit will do; bit 1: but the nearest is wanted.
     pub flags: u32,
@@ -68,7 +57,7 @@ impl Ray {
     /// A ray with exact reciprocals.
     pub fn new(origin: [f32; 3], direction: [f32; 3], tmin: f32, tmax: f32, flags: u32) -> Ray {
         let reciprocal = direction.map(|d| 1.0 / d);
-        let factor = widening(Approx::Exact);
+        let factor = Precision::EXACT.widening();
         Ray {
             origin,
             tmin,

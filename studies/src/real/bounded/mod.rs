@@ -25,11 +25,24 @@ pub struct Units {
     pub library: bool,
     /// True when quotients may be products with reciprocals.
     pub reciprocal: bool,
+    /// The errors of a reciprocal, a root and the reciprocal of one, with steps that the program takes in narrow formats.
+    roots: [f64; 3],
+    /// The least range of the formats that such steps are taken in.
+    steps: Option<Format>,
 }
 
 impl Units {
     /// The units of a machine, for a compiler with these permissions.
     pub fn of(precision: &Precision, fast_math: FastMath) -> Units {
+        let roots = [Special::Rcp, Special::Sqrt, Special::Rsqrt];
+        let errors = roots.map(|special| precision.error_in_code(special));
+        let is_in_code = |special: Special| {
+            let unit = precision.of(special).error_bound();
+            precision.error_in_code(special) > unit
+        };
+        let all = precision.formats.all().into_iter();
+        let least = all.min_by_key(|format| format.exponent);
+        let steps = least.filter(|_| roots.into_iter().any(is_in_code));
         let precision = precision.in_units();
         let exact = Precision {
             subnormals: precision.subnormals,
@@ -45,6 +58,8 @@ impl Units {
                 && precision.formats == Formats::SINGLE
                 && !fast_math.approximate,
             reciprocal: fast_math.reciprocal,
+            roots: errors,
+            steps,
         }
     }
 
@@ -287,11 +302,12 @@ impl Number for Bounded {
             ),
             None => (U, units.tiny()),
         };
-        let by_unit = |approx: Approx| match units.precision.subnormals {
+        let by_unit = |approx: Approx, error: f64| match approx {
+            Approx::Exact => rounding,
             // A table takes any result below the normal numbers as it comes.
-            _ if approx == Approx::Exact => rounding,
-            _ => (approx.error_bound(), 2f64.powi(-125)),
+            _ => (error, 2f64.powi(-125)),
         };
+        let [of_reciprocal, of_root, of_inverse_root] = units.roots;
         let precision = &units.precision;
         let (way, off) = match op {
             Add => (
@@ -320,15 +336,21 @@ impl Number for Bounded {
                 let error = quotient.error.max(product.error);
                 return Ok(Bounded::new(quotient.low, quotient.high, error));
             }
-            Div => (quotient(a, b)?, by_unit(precision.div)),
-            Rcp => (quotient(&Bounded::point(1.0), a)?, by_unit(precision.rcp)),
-            Sqrt => (root(a)?, by_unit(precision.sqrt)),
+            Div => (
+                quotient(a, b)?,
+                by_unit(precision.div, precision.div.error_bound()),
+            ),
+            Rcp => (
+                quotient(&Bounded::point(1.0), a)?,
+                by_unit(precision.rcp, of_reciprocal),
+            ),
+            Sqrt => (root(a)?, by_unit(precision.sqrt, of_root)),
             Rsqrt => {
                 let (range, carried) = root(a)?;
                 let below = Bounded::new(down(range.0), up(range.1), carried);
                 (
                     quotient(&Bounded::point(1.0), &below)?,
-                    by_unit(precision.rsqrt),
+                    by_unit(precision.rsqrt, of_inverse_root),
                 )
             }
             Neg => {
@@ -391,6 +413,16 @@ impl Number for Bounded {
             _ => false,
         };
         let result = Bounded::rounded(way.0, way.1, off)?.nonnegative(nonnegative);
+        if let (Some(steps), Rcp | Sqrt | Rsqrt) = (units.steps, op) {
+            let is_normal = |x: &Bounded| {
+                let (low, high) = x.computed();
+                let least = if low > 0.0 { low } else { -high };
+                least >= steps.least_normal() && low.abs().max(high.abs()) <= steps.largest()
+            };
+            if !is_normal(a) || !is_normal(&result) {
+                return Err(undefined("a step in code may leave the range of a format"));
+            }
+        }
         match format {
             Some(format) if result.largest() + result.error > format.largest() => Err(undefined(
                 "a result may be too large for the format of a unit",
@@ -420,15 +452,20 @@ impl Number for Bounded {
 
     fn of_fast_unit(op: Operation, args: &[Bounded], units: &Units) -> Result<Bounded, Undefined> {
         let precision = units.precision;
+        let of = |special| precision.of(special);
         let fast = Units {
             precision: Precision {
-                rcp: precision.of(Special::RcpFast),
-                rsqrt: precision.of(Special::RsqrtFast),
-                sqrt: precision.of(Special::SqrtFast),
-                div: precision.of(Special::DivFast),
+                rcp: of(Special::RcpFast),
+                rsqrt: of(Special::RsqrtFast),
+                sqrt: of(Special::SqrtFast),
+                div: of(Special::DivFast),
                 ..precision
             },
             reciprocal: false,
+            // They take their steps themselves.
+            roots: [Special::RcpFast, Special::SqrtFast, Special::RsqrtFast]
+                .map(|special| of(special).error_bound()),
+            steps: None,
             ..*units
         };
         Bounded::apply(op, args, &fast)
