@@ -4,7 +4,7 @@
 use srp_archdesc::arch::{Approx, Refine};
 use srp_archdesc::certify::{Function, certify};
 use srp_archdesc::isa::Opcode;
-use srp_archdesc::ops::semantics::approximation::Curve;
+use srp_archdesc::ops::semantics::approximation::{Curve, rounded};
 use srp_archdesc::structure::{Special, Structure};
 
 fn special(function: Function) -> Special {
@@ -106,6 +106,32 @@ fn rotations_keep_their_bits() {
     for (number, function) in Function::ALL.into_iter().enumerate() {
         for bits in some(&[4, 23], number) {
             keeps(function, Structure::Cordic, bits);
+        }
+    }
+}
+
+#[test]
+fn what_lies_between_is_rounded_to_even() {
+    for p in [2, 11, 23] {
+        let least = 1u32 << (p - 1);
+        for number in [least, least + 1, 2 * least - 1] {
+            let even = number + number % 2;
+            for (beyond, expected) in [
+                (0.0, number),
+                (0.499, number),
+                (0.5, even),
+                (0.501, number + 1),
+            ] {
+                for scale in [-40, 0, 7] {
+                    let scale = 2f64.powi(scale);
+                    let found = rounded((f64::from(number) + beyond) * scale, p);
+                    assert_eq!(
+                        found,
+                        f64::from(expected) * scale,
+                        "{number} + {beyond}, {p}"
+                    );
+                }
+            }
         }
     }
 }
