@@ -8,9 +8,49 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use srp_archdesc::diagnostic::{Diagnostic, Span};
+use srp_archdesc::nearest::nearest;
 
 use super::lines::{Findings, Line, join_continued, lines, number, numbers};
 use super::{MAX_MATERIALS, Origin, map};
+
+/// Statements that are read.
+const READ: [&str; 13] = [
+    "newmtl", "Ka", "Kd", "Ks", "Ke", "Tf", "Ns", "Ni", "illum", "map_Kd", "map_Ks", "map_d", "d",
+];
+
+/// Statements that others read, as they write them.
+const OTHERS: [&str; 30] = [
+    "map_Ka",
+    "map_Ke",
+    "map_Ns",
+    "map_Pr",
+    "map_Pm",
+    "map_Ps",
+    "map_RMA",
+    "map_ORM",
+    "map_Bump",
+    "map_bump",
+    "map_Tr",
+    "map_opacity",
+    "map_refl",
+    "map_aat",
+    "bump",
+    "Bump",
+    "norm",
+    "disp",
+    "decal",
+    "refl",
+    "sharpness",
+    "Km",
+    "Kr",
+    "Kt",
+    "Pr",
+    "Pm",
+    "Ps",
+    "Pc",
+    "Pcr",
+    "aniso",
+];
 
 /// Longest name of a material, in bytes.
 const MAX_NAME: usize = 1024;
@@ -81,13 +121,27 @@ impl Reader<'_> {
             "Ns" | "Ni" => {
                 if let Some(value) = self.scalar(line, f32::MIN, f32::MAX) {
                     self.plain(format_args!("{key} {value:?}"));
+                    if key == "Ni" && value <= 0.0 {
+                        let message = format!("`Ni {value}` is no index of refraction");
+                        let label = "light goes straight through; vacuum has 1, and glass 1.5";
+                        let warning = Diagnostic::warning("R0219", self.file, message);
+                        self.findings.push(warning.at(line.span(), label));
+                    }
                 }
             }
             "d" | "Tr" => self.dissolve(line),
             "illum" => self.illumination(line),
             "map_Kd" | "map_Ks" | "map_d" => self.texture(line),
-            // What is read by nobody yet is not judged.
-            _ => {}
+            // What is read by nobody yet is not judged, but for what is hardly meant to be something else.
+            _ if OTHERS.contains(&key) => {}
+            _ => {
+                if let Some(meant) = nearest(key, READ) {
+                    let message = format!("`{key}` is no statement of a material");
+                    let label = format!("`{meant}` was probably meant");
+                    let warning = Diagnostic::warning("R0220", self.file, message);
+                    self.findings.push(warning.at(line.key.span(), label));
+                }
+            }
         }
     }
 
@@ -110,7 +164,7 @@ impl Reader<'_> {
 
     /// Warns of materials that let all light through because neither `Tf` nor `d` says otherwise.
     fn warn_of_clear_glass(&mut self) {
-        for (name, (span, illum)) in std::mem::take(&mut self.clear) {
+        for (name, (span, illum)) in self.clear.clone() {
             let says = |key: &str| {
                 let origin = self.origins.get(&name);
                 origin.is_some_and(|origin| origin.statements.contains_key(key))
@@ -129,7 +183,9 @@ impl Reader<'_> {
     fn warn_of_transparency(&mut self) {
         for (name, span) in std::mem::take(&mut self.by_tr) {
             let origin = self.origins.get(&name);
-            if origin.is_some_and(|origin| origin.statements.contains_key("d")) {
+            // Glass is told of by itself.
+            let is_glass = self.clear.contains_key(&name);
+            if is_glass || origin.is_some_and(|origin| origin.statements.contains_key("d")) {
                 continue;
             }
             let message = format!("material `{name}` is opaque, for `Tr` is not read");

@@ -117,13 +117,24 @@ impl Reader<'_> {
             "o" | "g" | "s" | "p" | "l" | "usemap" | "maplib" | "lod" | "bevel" | "c_interp"
             | "d_interp" | "shadow_obj" | "trace_obj" | "vp" | "mg" => {}
             "cstype" | "deg" | "bmat" | "step" | "curv" | "curv2" | "surf" | "parm" | "trim"
-            | "hole" | "scrv" | "sp" | "end" | "con" | "call" | "csh" => self.findings.push(
+            | "hole" | "scrv" | "sp" | "end" | "con" => self.findings.push(
                 Diagnostic::warning(
                     "R0103",
                     self.file,
                     format!("`{}` is ignored", line.key.text),
                 )
                 .at(line.key.span(), "free-form geometry is not supported"),
+            ),
+            "call" | "csh" => self.findings.push(
+                Diagnostic::warning(
+                    "R0103",
+                    self.file,
+                    format!("`{}` is ignored", line.key.text),
+                )
+                .at(
+                    line.key.span(),
+                    "no other file is read and no command is run",
+                ),
             ),
             other => self.findings.push(
                 Diagnostic::error("R0102", self.file, format!("unknown element `{other}`"))

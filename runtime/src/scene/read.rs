@@ -113,8 +113,11 @@ pub fn read(path: &Path, camera: Option<Camera>, load: &mut Load<'_>) -> Result<
     })
 }
 
-/// Bytes as text; a question mark stands for each that is no part of one.
-fn into_text(bytes: Vec<u8>) -> String {
+/// Bytes as text, without a mark of their order; a question mark stands for each that is no part of one.
+fn into_text(mut bytes: Vec<u8>) -> String {
+    if bytes.starts_with("\u{feff}".as_bytes()) {
+        bytes.drain(..3);
+    }
     String::from_utf8(bytes).unwrap_or_else(|e| {
         let mut bytes = e.into_bytes();
         let mut done = 0;

@@ -1,6 +1,7 @@
 //! A sentence about each setting: what it does to picture and costs.
 
 use super::setting::TOGETHER;
+use super::summary::AttributionSummary as Attribution;
 use super::target::relative_cycles;
 use super::trial::Trial;
 use std::fmt::Write as _;
@@ -54,8 +55,15 @@ pub(super) fn of(trial: &Trial, base: &Trial, noise: f64) -> String {
             ", decided otherwise in {looked} of {of} tiles: {flips}"
         );
     }
-    let sources = &trial.attribution.sources;
-    if let Some(worst) = sources.first().filter(|s| s.part.abs() > NAMED) {
+    let Attribution {
+        sources,
+        squared_error,
+        picture_error,
+        ..
+    } = &trial.attribution;
+    // Of an error that is made elsewhere, what rounds is no reason.
+    let made = (squared_error / picture_error).min(1.0);
+    if let Some(worst) = (sources.first()).filter(|s| s.part.abs() * made > NAMED) {
         let name = worst.name();
         let _ = match sources.iter().find(|s| s.part * worst.part < 0.0) {
             Some(other) if worst.part.abs() > CANCELS => write!(

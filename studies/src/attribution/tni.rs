@@ -33,8 +33,15 @@ pub(super) fn units(stages: &[&str]) -> Vec<String> {
     names.map(|name| format!("T&I: {name}")).collect()
 }
 
-/// How near to a tie distances are, and weights to an edge, that binary64 cannot tell apart.
+/// How near to a tie distances are, as parts of them and of the ray's coordinates, and weights to an edge, that binary64
+/// cannot tell apart.
 const TIE: f64 = 1e-11;
+
+/// How far apart distances of a ray are that binary64 cannot tell apart: scenes are of any size.
+fn slack(t: f64, ray: &ExactRay) -> f64 {
+    let largest = |v: &[f64; 3]| v.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    TIE * (t.abs() + largest(&ray.origin) / largest(&ray.direction))
+}
 
 /// The T&I unit, for all tiles.
 pub(super) struct Hardware<'a> {
@@ -236,7 +243,7 @@ impl<'a> FrameShadows<'a> {
         let (Some(a), Some(b)) = (meet(real), meet(nearest)) else {
             return false;
         };
-        let near = (a.at[0] - t).abs() <= TIE * (1.0 + t.abs()) && a.inside() >= -TIE;
+        let near = (a.at[0] - t).abs() <= slack(t, ray) && a.inside() >= -TIE;
         let edge = a.inside() <= TIE || b.inside() <= TIE;
         near && (edge || real < nearest)
     }
@@ -247,7 +254,7 @@ impl<'a> FrameShadows<'a> {
             return false;
         };
         let t = meeting.at[0];
-        let slack = TIE * (1.0 + t.abs());
+        let slack = slack(t, ray);
         let at_end = (t - ray.tmin.max(0.0)).abs() <= slack || (t - ray.tmax).abs() <= slack;
         meeting.inside().abs() <= TIE || at_end && meeting.inside() >= -TIE
     }

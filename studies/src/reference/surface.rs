@@ -37,7 +37,7 @@ impl Optics {
             9 => (ks, none, glass),
             _ => (ks * d, none, veil),
         };
-        let bends = matches!(m.illumination, 6 | 7);
+        let bends = matches!(m.illumination, 6 | 7) && m.refraction_index > 0.0;
         Optics {
             diffuse: rgb(m.diffuse) * d,
             highlight,

@@ -189,7 +189,7 @@ impl Prepared {
         }
         let inverse = reciprocal(weight_a + weight_b + weight_c, rcp);
         let t = (weight_a * a.2 + weight_b * b.2 + weight_c * c.2) * inverse;
-        // All weights zero: the ray lies in the plane, t is a NaN, and there is no hit.
+        // All weights zero: the ray lies in the plane, t is a NaN, and there is no hit. (Rounded slopes may tilt such a ray.)
         if !self.reaches(t) {
             return None;
         }
@@ -197,8 +197,8 @@ impl Prepared {
     }
 
     /// Woop's test by numbers of 53 digits and exponents of 11 bits. No reciprocal takes part in the decision, and what
-    /// rounds moves neither ray nor vertices by as much as can be told in binary32: a triangle is hit where its box is
-    /// met.
+    /// rounds moves neither ray nor vertices by as much as can be told in binary32, while the triangle is larger than some
+    /// parts of 2^-53 of how far it is away: it is hit where its box is met.
     #[inline]
     fn woop_wide(&self, triangle: &TriangleRecord, rcp: Approx) -> Option<Meeting> {
         let w = triangle.woop();
