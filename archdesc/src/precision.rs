@@ -264,7 +264,7 @@ impl Precision {
         (1.0 / (1.0 + self.reciprocal_error()) / made - NARROWED) as f32
     }
 
-    /// How far a product, and each of its factors, is rounded beyond binary32: 0 where that is the format of products.
+    /// The rounding of a product, and of each of its factors, beyond binary32's: 0 where that is the format of products.
     pub fn product_rounding(&self) -> f64 {
         beyond_single(self.formats.multiply)
     }

@@ -131,7 +131,7 @@ fn document(found: &Explanation, (x, y): (u32, u32), reference: [f64; 3]) -> Pix
     }
 }
 
-/// What the kernels add before a value becomes a byte, levels.
+/// The part of a level that kernels add before a value becomes a byte.
 const HALF_LEVEL: f64 = 0.5;
 
 /// Fewer levels, the renderer's own formulas against those of the kernels, no byte shows.

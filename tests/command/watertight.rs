@@ -54,7 +54,7 @@ fn the_machine_moves_what_is_lost() {
     assert_eq!(threads["rows"], own["rows"], "threads change nothing");
 }
 
-/// How many columns the tests of the T&I unit have, before those of other ray tracers.
+/// The number of columns of tests of the T&I unit, before those of other ray tracers.
 fn tests_of(document: &Value) -> usize {
     document["tests"].as_array().map_or(0, Vec::len)
 }

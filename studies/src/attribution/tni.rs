@@ -33,11 +33,11 @@ pub(super) fn units(stages: &[&str]) -> Vec<String> {
     names.map(|name| format!("T&I: {name}")).collect()
 }
 
-/// How near to a tie distances are, as parts of them and of the ray's coordinates, and weights to an edge, that binary64
-/// cannot tell apart.
+/// The part of distances, and of the ray's coordinates, by which distances are near to a tie, and the weights by which
+/// places are near to an edge, that binary64 cannot tell apart.
 const TIE: f64 = 1e-11;
 
-/// How far apart distances of a ray are that binary64 cannot tell apart: scenes are of any size.
+/// The difference up to which binary64 cannot tell distances of a ray apart: scenes are of any size.
 fn slack(t: f64, ray: &ExactRay) -> f64 {
     let largest = |v: &[f64; 3]| v.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     TIE * (t.abs() + largest(&ray.origin) / largest(&ray.direction))

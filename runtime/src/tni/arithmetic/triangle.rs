@@ -220,7 +220,7 @@ impl Prepared {
     }
 }
 
-/// What Woop's test makes of a ray and a triangle in 53 digits.
+/// The numbers that Woop's test makes of a ray and a triangle in 53 digits.
 pub(super) struct Wide {
     /// The edge functions: the weights of the vertices, times what is common to them.
     edges: [f64; 3],
@@ -261,8 +261,9 @@ impl Wide {
         }
     }
 
-    /// What distance and weights of vertices 1 and 2 are divided by, and these three before: all by the power of two that
-    /// makes the first one at least 1 and less than 2, so that the others fit into binary32 if their quotients do.
+    /// The divisor of distance and weights of vertices 1 and 2, and these three before it divides them: all by the power
+    /// of two that makes the first one at least 1 and less than 2, so that the others fit into binary32 if their
+    /// quotients do.
     #[inline]
     pub(super) fn quotients(&self) -> [f64; 4] {
         let exponent = (self.below.to_bits() >> 52) & 0x7ff;
