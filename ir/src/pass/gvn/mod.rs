@@ -82,7 +82,7 @@ impl Numbering {
     /// Numbers the values of a block.
     fn visit(&mut self, func: &mut Function, block: Block) -> Visit {
         let mut made = Vec::new();
-        // Only a store asks which objects are apart, and to find them out is half of the work.
+        // Only a store asks which objects are apart, and to find them out is more than half of the work.
         let stores = func.blocks[block].insts.iter().any(|&inst| {
             let InstKind::Op { op, .. } = func.insts[inst].kind else {
                 return false;

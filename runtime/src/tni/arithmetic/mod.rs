@@ -99,6 +99,12 @@ impl Ray {
     }
 }
 
+/// The axis along which a direction is longest, the first of equals.
+fn longest(direction: [f32; 3]) -> usize {
+    let size = direction.map(f32::abs);
+    (0..3).fold(0, |k, i| if size[i] > size[k] { i } else { k })
+}
+
 /// A ray as the dispatch unit prepares it, once, before it is traversed.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Prepared {
@@ -128,9 +134,8 @@ impl Prepared {
             .chain(&ray.direction)
             .all(|x| x.is_finite());
         let nan = ray.reciprocal.iter().chain(&ray.far).any(|x| x.is_nan());
-        let size = ray.direction.map(f32::abs);
-        let longest = (0..3).fold(0, |k, i| if size[i] > size[k] { i } else { k });
-        let reach = size[longest];
+        let longest = longest(ray.direction);
+        let reach = ray.direction[longest].abs();
         // A comparison with a NaN is false, so this refuses them too.
         let reaches = ray.tmin <= ray.tmax && ray.tmax >= 0.0;
         if !finite || nan || reach == 0.0 || !reaches {

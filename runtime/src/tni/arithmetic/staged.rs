@@ -8,8 +8,8 @@
 use srp_archdesc::arch::Approx;
 use srp_archdesc::datapath::Intersection;
 
-use super::Ray;
 use super::triangle::{NEXT, Wide, quotient, reciprocal};
+use super::{Ray, longest};
 use crate::bvh::TriangleRecord;
 
 /// The stages of a test, in order. Before the first, only the record of the triangle is rounded.
@@ -121,14 +121,8 @@ fn projected(ray: &Ray, w: Words, rcp: Approx, r: Rounding) -> [f64; 3] {
     [t, weight(w.rows[0]), weight(w.rows[1])]
 }
 
-/// The axis along which a ray is longest.
-fn longest(ray: &Ray) -> usize {
-    let size = ray.direction.map(f32::abs);
-    (0..3).fold(0, |k, i| if size[i] > size[k] { i } else { k })
-}
-
 fn woop(ray: &Ray, triangle: &TriangleRecord, rcp: Approx, r: Rounding) -> [f64; 3] {
-    let z = longest(ray);
+    let z = longest(ray.direction);
     let axes = [NEXT[z], NEXT[NEXT[z]]];
     let inverse = match r.stages > 0 {
         true => f64::from(ray.reciprocal[z]),
@@ -157,7 +151,7 @@ fn woop(ray: &Ray, triangle: &TriangleRecord, rcp: Approx, r: Rounding) -> [f64;
 /// Before the first stage nothing is rounded that binary32 could tell.
 fn woop_wide(ray: &Ray, triangle: &TriangleRecord, rcp: Approx, r: Rounding) -> [f64; 3] {
     let vertices = triangle.woop().vertices;
-    let wide = Wide::of(ray.origin, ray.direction, longest(ray), vertices);
+    let wide = Wide::of(ray.origin, ray.direction, longest(ray.direction), vertices);
     let [below, above, u, v] = wide.quotients();
     let [below, u, v] = [below, u, v].map(|x| r.of(0, x));
     let over = match r.stages > 2 {
